@@ -433,7 +433,7 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::
 MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
                                                        std::string reason) {
   if (skipped_before(target.pose)) co_return Done{};
-  const SkippedPose skipped{target.pose, reason, attempts};
+  const SkippedPose skipped{target.pose, attempts, reason};
   const std::function<asio::awaitable<StoreResult<void>>()> write = [this, skipped] {
     return journal_.add_skipped(skipped);
   };

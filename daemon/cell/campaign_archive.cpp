@@ -12,6 +12,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
 #include "proto/record/frame_document.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::daemon {
 
@@ -44,6 +45,8 @@ std::expected<PointsRequest, RpcError> points_request(const json::object& params
   return request;
 }
 
+json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
 json::value id_or_null(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }
 
 }  // namespace
@@ -65,30 +68,23 @@ json::object campaign_json(const CampaignRecord& record) {
           {"points_of", id_or_null(record.points_of)}};
 }
 
-namespace {
-
-json::object skipped_json(const SkippedPose& skipped) {
-  return {{"pose", skipped.pose}, {"reason", skipped.reason}, {"attempts", skipped.attempts}};
-}
-
-json::array interruptions_json(const std::vector<Resumption>& resumptions) {
-  json::array list;
-  for (const Resumption& once : resumptions)
-    list.push_back(
-        json::object{{"interrupted", once.interrupted}, {"resumed", once.resumed}, {"found", once.found}});
-  return list;
-}
-
-json::object point_json(const RobotModel& robot, const StoredPoint& point) {
+json::object seen_json(const StoredPoint& point) {
   return {{"pose", point.pose},
           {"purpose", purpose_name(point.purpose)},
           {"smr", point.smr},
-          {"q_target_deg", record::joints_json(point.q_target, robot)},
-          {"q_commanded_deg", record::joints_json(point.q_commanded, robot)},
-          {"q_actual_deg", record::joints_json(point.q_actual, robot)},
           {"p_mm", point.p_WS_mm ? vector_json(*point.p_WS_mm) : json::value{}},
-          {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}},
-          {"time", point.time}};
+          {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}}};
+}
+
+namespace {
+
+json::object point_json(const RobotModel& robot, const StoredPoint& point) {
+  json::object told = seen_json(point);
+  told["q_target_deg"] = record::joints_json(point.q_target, robot);
+  told["q_commanded_deg"] = record::joints_json(point.q_commanded, robot);
+  told["q_actual_deg"] = record::joints_json(point.q_actual, robot);
+  told["time"] = point.time;
+  return told;
 }
 
 // What leaves room in a line for the rest of an answer; the ends of lines take two bytes each in JSON.
@@ -173,8 +169,6 @@ json::object documents_json(const CampaignRecord& record, bool with_points) {
 
 }  // namespace
 
-json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id) {
   auto record = id.empty() ? store.last_campaign() : store.campaign(id);
   if (!record) return std::unexpected(record.error());
@@ -192,12 +186,10 @@ StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std
 
 json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot, std::size_t offset,
                              std::size_t limit) {
-  json::array skipped;
-  for (const SkippedPose& pose : campaign.skipped) skipped.push_back(skipped_json(pose));
   json::object documents = documents_json(campaign.record, limit > 0);
   return {{"campaign", campaign_json(campaign.record)},
           {"progress", nullptr},
-          {"skipped", std::move(skipped)},
+          {"skipped", record::to_json(campaign.skipped)},
           {"interruptions", interruptions_json(campaign.resumptions)},
           {"drift", documents["drift"]},
           {"targets", documents["targets"]},

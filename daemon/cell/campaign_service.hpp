@@ -87,6 +87,7 @@ class CampaignService final : private CampaignObserver {
   boost::asio::awaitable<void> close(Run& run, std::optional<CampaignError> error);
   boost::asio::awaitable<void> keep_end();
   boost::json::object progress_json() const;
+  void tell_measurement(const StoredPoint& point, boost::json::value error_mm, const std::string& why_not);
 
   void on_progress(const CampaignProgress& progress) override;
   void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;

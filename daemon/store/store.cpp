@@ -408,10 +408,10 @@ StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& c
 
 StoreResult<std::vector<SkippedPose>> Store::skipped(const std::string& campaign_id) {
   Statement query = impl_->database->prepare(
-      "SELECT pose, reason, attempts FROM skipped WHERE campaign_id=? ORDER BY number");
+      "SELECT pose, attempts, reason FROM skipped WHERE campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   return all<SkippedPose>(std::move(query), [](const Statement& row) {
-    return SkippedPose{pose_number(row.integer(0)), row.text(1), static_cast<int>(row.integer(2))};
+    return SkippedPose{pose_number(row.integer(0)), static_cast<int>(row.integer(1)), row.text(2)};
   });
 }
 

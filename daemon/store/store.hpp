@@ -14,15 +14,11 @@
 #include "daemon/store/backup.hpp"
 #include "daemon/store/event_archive.hpp"
 #include "daemon/store/store_error.hpp"
+#include "proto/record/campaign_records.hpp"
 
 namespace truepose::daemon {
 
-/// Why a planned pose has no point.
-struct SkippedPose {
-  int pose = 0;  ///< its number in the campaign, from 1
-  std::string reason;
-  int attempts = 0;
-};
+using record::SkippedPose;
 
 enum class PointPurpose {
   Identify,
