@@ -65,6 +65,7 @@ class CampaignArchive {
   MethodReply measurements(boost::json::object params);
   MethodReply report(boost::json::object params);
   MethodReply points(boost::json::object params);
+  MethodReply answer_of(std::string id, std::function<MethodResult(const StoredCampaign&)> make);
 
   CellParts parts_;
   std::function<std::optional<Current>()> current_;
