@@ -442,7 +442,11 @@ MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, i
   result_->skipped.push_back(skipped);
   ++progress_.skipped;
   count_pose_time();
-  observer_.on_skipped(skipped, progress());
+  StoredPoint wanted;
+  wanted.pose = target.pose;
+  wanted.purpose = target.purpose;
+  wanted.smr = search_.names_at(target.q_commanded, target.purpose);
+  observer_.on_skipped(wanted, reason, progress());
   co_return Done{};
 }
 

@@ -13,28 +13,6 @@ namespace json = boost::json;
 using control::ParamReader;
 using control::RpcError;
 
-namespace {
-
-/// What the poses of a phase are measured for.
-PointPurpose purpose_in(CampaignPhase phase) {
-  switch (phase) {
-    case CampaignPhase::Identify:
-      return PointPurpose::Identify;
-    case CampaignPhase::Validate:
-      return PointPurpose::Validate;
-    case CampaignPhase::Targets:
-      return PointPurpose::Target;
-    case CampaignPhase::Cycles:
-      return PointPurpose::Cycle;
-    case CampaignPhase::Frame:
-      return PointPurpose::Frame;
-    default:
-      return PointPurpose::Remeasure;
-  }
-}
-
-}  // namespace
-
 CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
                           CampaignObserver& observer, CampaignOrder order,
                           std::shared_ptr<const CampaignPast> past)
@@ -249,13 +227,10 @@ void CampaignService::on_point(const StoredPoint& point, double deviation_mm,
   on_progress(progress);
 }
 
-void CampaignService::on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) {
-  log_warning("pose " + std::to_string(skipped.pose) + " skipped: " + skipped.reason);
-  StoredPoint wanted;
-  wanted.pose = skipped.pose;
-  wanted.purpose = purpose_in(progress.phase);
-  wanted.smr = parts_.config.reflector.name;
-  tell_measurement(wanted, nullptr, skipped.reason);
+void CampaignService::on_skipped(const StoredPoint& wanted, const std::string& reason,
+                                 const CampaignProgress& progress) {
+  log_warning("pose " + std::to_string(wanted.pose) + " skipped: " + reason);
+  tell_measurement(wanted, nullptr, reason);
   on_progress(progress);
 }
 

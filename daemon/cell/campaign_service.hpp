@@ -91,7 +91,8 @@ class CampaignService final : private CampaignObserver {
 
   void on_progress(const CampaignProgress& progress) override;
   void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;
-  void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) override;
+  void on_skipped(const StoredPoint& wanted, const std::string& reason,
+                  const CampaignProgress& progress) override;
   void on_trouble(const std::string& sentence) override;
   void on_waiting(CellDevice device, const std::string& reason) override;
   void on_paused(const std::string& sentence) override;
