@@ -340,14 +340,12 @@ CellDevices::Outcome<MeasuringSession::Points> MeasuringSession::attempt(Measuri
     observer_.on_trouble("pose " + std::to_string(target.pose) + ": " + sentence);
   Points points;
   for (const ReflectorSearch::Found& found : seen->found) {
-    const StoredPoint point = point_at(target, *reached, found.sighted.point, search_.name(found.reflector));
+    const std::string& smr = search_.name(found.reflector);
     // First, so that a point that is there is known to have been seen in both faces.
-    if (found.sighted.face1_mm) {
-      StoredPoint& face1 = points.emplace_back(point);
-      face1.purpose = PointPurpose::Face1;
-      face1.p_WS_mm = *found.sighted.face1_mm;
-    }
-    points.push_back(point);
+    if (found.sighted.face1)
+      points.emplace_back(point_at(target, *reached, *found.sighted.face1, smr)).purpose =
+          PointPurpose::Face1;
+    points.push_back(point_at(target, *reached, found.sighted.point, smr));
   }
   co_return points;
 }
