@@ -468,10 +468,11 @@ StoreResult<void> Store::use_tool(int number, const std::string& campaign_id) {
 
 StoreResult<std::vector<ToolInUse>> Store::tools_in_use() {
   const auto tool_of = [](const Statement& row) {
-    return ToolInUse{static_cast<int>(row.integer(0)), row.text(1), row.text(2), row.document(3)};
+    return ToolInUse{static_cast<int>(row.integer(0)), row.text(1), row.text(2), row.text(3),
+                     row.document(4)};
   };
   return all<ToolInUse>(
-      impl_->database->prepare("SELECT number, campaign_id, ended, document FROM tool "
+      impl_->database->prepare("SELECT number, campaign_id, ended, robot_serial, document FROM tool "
                                "JOIN campaign ON campaign.id=tool.campaign_id ORDER BY number"),
       +tool_of);
 }

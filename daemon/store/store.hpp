@@ -102,10 +102,11 @@ struct ModelRecord {
 
 /// A measured tool that is in force under its number.
 struct ToolInUse {
-  int number = 0;           ///< of TOOL_DATA
-  std::string campaign_id;  ///< that measured it
-  std::string measured;     ///< when that ended, RFC 3339
-  std::string document;     ///< of that, with the tool's file (JSON)
+  int number = 0;            ///< of TOOL_DATA
+  std::string campaign_id;   ///< that measured it
+  std::string measured;      ///< when that ended, RFC 3339
+  std::string robot_serial;  ///< of the arm that it was measured on; empty: not known
+  std::string document;      ///< of the campaign, with the tool's file (JSON)
 };
 
 class CampaignPlans;
