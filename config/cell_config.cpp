@@ -7,6 +7,7 @@
 #include "config/robot_file.hpp"
 #include "config/yaml_layout.hpp"
 #include "core/identify/option_names.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::config {
 
@@ -20,11 +21,18 @@ constexpr std::array kApproachSides{Named{"any", ApproachSide::Any}, Named{"upwa
 /// HOST:PORT
 struct HostPort {
   std::uint16_t least_port = 1;
+  std::string form_of(const Endpoint& endpoint) const { return config::text(endpoint); }
   void read(const YamlValue& value, Endpoint& x) const {
     auto endpoint = parse_endpoint(value.text(), least_port);
     if (!endpoint) value.fail(endpoint.error());
     x = *std::move(endpoint);
   }
+};
+
+/// The name of a file, seen from the one that names it.
+struct FileName {
+  std::string form_of(const std::filesystem::path& file) const { return file.string(); }
+  void read(const YamlValue& value, std::filesystem::path& x) const { x = value.file(); }
 };
 
 /// HOST:PORT of a socket of ours, or "off".
@@ -116,7 +124,7 @@ void layout(auto& io, Is<RobotConfig> auto& x) {
 
 void layout(auto& io, Is<StreamConfig> auto& x) {
   io("listen", x.listen, HostPort{0});
-  io("ethernet_xml", x.ethernet_xml);
+  io("ethernet_xml", x.ethernet_xml, FileName{});
   io.optional("cycle_ms", x.cycle, Whole{1, 100});
   io.optional("timeout_cycles", x.timeout_cycles, Whole{1, 100'000});
   io.optional("rearm", x.rearm, kRearms);
@@ -151,7 +159,7 @@ void layout(auto& io, Is<TrackerNoiseModel> auto& x) {
 void layout(auto& io, Is<TrackerConfig> auto& x) {
   io.optional("protocol", x.protocol, kTrackerProtocols);
   io("address", x.address, HostPort{});
-  io.optional("reflector", x.reflector);
+  io.defaulted("reflector", x.reflector);
   io.optional("measure_ms", x.measure, Whole{1, 600'000});
   io.optional("initialise_again_min", x.initialise_again, Whole{0, 1440});
   io.optional("search_first_mm", x.search_first_mm, Range{1, 5000});
@@ -163,7 +171,7 @@ void layout(auto& io, Is<TrackerConfig> auto& x) {
   io.optional("max_std_mm", x.max_std_mm, Range{0, 10});
   io.optional("nests", x.nests_mm, kPoint);
   io.optional("air", x.air);
-  io.optional("air_file", x.air_file);
+  io.defaulted("air_file", x.air_file, FileName{});
   io.optional("air_max_age_s", x.air_max_age, Whole{1, 86'400});
 }
 void check(const auto& io, const TrackerConfig& tracker) {
@@ -292,7 +300,7 @@ void layout(auto& io, Is<WebConfig> auto& x) {
 }
 
 void layout(auto& io, Is<RecordingConfig> auto& x) {
-  io.optional("folder", x.folder);
+  io.defaulted("folder", x.folder, FileName{});
   io.optional("ring_mb", x.ring_mb, Whole{1, 4096});
   io.optional("most_files", x.most_files, Whole{1, 1000});
   io.optional("most_mb", x.most_mb, Whole{1, 1'000'000});
@@ -358,6 +366,38 @@ CellConfig load_cell(const std::filesystem::path& file) {
 
 std::string campaign_options(const CellConfig& cell) {
   return yaml_of(CampaignOptions{cell.campaign, cell.calibration});
+}
+
+/// JSON of this namespace, whose layouts say what the records of core are in a file.
+struct FileJson : JsonText {};
+template <class T>
+boost::json::value shown(const T& x) {
+  return WriteIo<FileJson>::value(x);
+}
+
+// By hand is what a layout does not have, as the name of the robot's model, and what keeps secrets: of these
+// sections a key is shown only where it is named here.
+boost::json::object cell_json(const CellConfig& cell) {
+  const RobotConfig& robot = cell.robot;
+  const WebConfig web = cell.web.value_or(WebConfig{});
+  return {{"name", cell.name},
+          {"robot",
+           {{"file", robot.file.string()},
+            {"model", robot.model.name},
+            {"eki_motion", text(robot.eki_motion)},
+            {"eki_state", text(robot.eki_state)},
+            {"expect_model", robot.expect_model}}},
+          {"loads", shown(cell.loads)},
+          {"stream", shown(cell.stream)},
+          {"tracker", shown(cell.tracker)},
+          {"reflectors", shown(reflectors_of(cell))},
+          {"campaign", shown(cell.campaign)},
+          {"calibration", shown(cell.calibration)},
+          {"iso9283", shown(cell.iso9283)},
+          {"control", {{"listen", text(cell.control.listen)}}},
+          {"web", {{"listen", web.listen ? boost::json::value(text(*web.listen)) : boost::json::value{}}}},
+          {"store", cell.store.string()},
+          {"recording", shown(cell.recording)}};
 }
 
 void use_campaign_options(CellConfig& cell, const std::string& text) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <boost/json/fwd.hpp>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -220,6 +221,10 @@ const ToolFile* tool_of(const CellConfig& cell, int number);
 
 /// Reads a cell file and every file that it names (relative to it). Throws ConfigError.
 CellConfig load_cell(const std::filesystem::path& file);
+
+/// What is in force, by the keys of the file: all that is set in `loads`, `stream`, `tracker`, `reflectors`,
+/// `campaign`, `calibration`, `iso9283` and `recording`, and a few of the other sections; without secrets.
+boost::json::object cell_json(const CellConfig& cell);
 
 /// @name What campaigns go by, the sections `campaign` and `calibration` of a cell, as a text (YAML)
 /// @{

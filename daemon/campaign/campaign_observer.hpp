@@ -53,7 +53,9 @@ class CampaignObserver {
   virtual void on_progress(const CampaignProgress& progress) = 0;
   /// @param deviation_mm  measured minus predicted, its length; 0 of a point that was touched
   virtual void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) = 0;
-  virtual void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) = 0;
+  /// @param wanted  the point that was not measured; `smr` are all reflectors that were looked for: "1, 2"
+  virtual void on_skipped(const StoredPoint& wanted, const std::string& reason,
+                          const CampaignProgress& progress) = 0;
   /// A failed attempt, a lost device, a robot that is not ready: what happened and what is done about it.
   virtual void on_trouble(const std::string& sentence) = 0;
   /// @param reason  why the campaign waits for the device; empty: it answers again

@@ -6,6 +6,7 @@
 
 #include "config/cell_setup.hpp"
 #include "core/plan/scene.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::daemon {
 
@@ -133,6 +134,10 @@ StoreResult<CampaignPast> read_past(Store& store, const std::string& campaign_id
 std::string described(const Resumption& resumption) {
   return "the campaign was interrupted (" + resumption.interrupted + ") and went on (" + resumption.resumed +
          ")" + (resumption.found.empty() ? "" : ": " + resumption.found);
+}
+
+boost::json::array interruptions_json(const std::vector<Resumption>& resumptions) {
+  return record::to_json(std::vector<record::Interruption>(resumptions.begin(), resumptions.end()));
 }
 
 StoredPoint seen_at_first(StoredPoint point, const std::vector<Resumption>& resumptions) {

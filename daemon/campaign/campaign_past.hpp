@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/json/array.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -45,6 +46,9 @@ StoreResult<CampaignPast> read_past(Store& store, const std::string& campaign_id
 
 /// "the campaign was interrupted (2026-01-31T12:00:00Z) and went on (2026-01-31T12:10:00Z): nothing moved".
 std::string described(const Resumption& resumption);
+
+/// After which it went on, as documents and answers list them.
+boost::json::array interruptions_json(const std::vector<Resumption>& resumptions);
 
 /// The point as the tracker would have seen it when the campaign began.
 StoredPoint seen_at_first(StoredPoint point, const std::vector<Resumption>& resumptions);

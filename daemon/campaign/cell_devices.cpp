@@ -1,13 +1,16 @@
 #include "daemon/campaign/cell_devices.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "core/formatted.hpp"
 #include "core/judge/reference_pose.hpp"
 #include "core/math/angles.hpp"
 #include "core/plan/tour.hpp"
+#include "daemon/campaign/mean_reading.hpp"
 
 namespace truepose::daemon {
 
@@ -300,8 +303,8 @@ CellDevices::Outcome<CellDevices::Sighted> CellDevices::measure(Sight sight) {
     if (!turned) co_return std::unexpected(turned.error());
     auto other = co_await readings(sight.readings);
     if (!other) co_return std::unexpected(other.error());
-    sighted.face1_mm = point->p_WS_mm;
-    sighted.point.p_WS_mm = (point->p_WS_mm + other->p_WS_mm) / 2;
+    const std::array both{*point, *other};
+    sighted = {mean_reading(both), *point};
   }
   const double off_mm = (sighted.point.p_WS_mm - sight.p_W_mm).norm();
   if (off_mm <= sight.gate_mm) co_return sighted;
@@ -311,15 +314,13 @@ CellDevices::Outcome<CellDevices::Sighted> CellDevices::measure(Sight sight) {
 }
 
 CellDevices::Outcome<drivers::SmrPoint> CellDevices::readings(int count) {
-  drivers::SmrPoint mean;
+  std::vector<drivers::SmrPoint> all;
   for (int n = 1; n <= count; ++n) {
     auto point = co_await steady_reading();
     if (!point) co_return std::unexpected(point.error());
-    const Eigen::Vector3d sum_mm = mean.p_WS_mm * (n - 1) + point->p_WS_mm;
-    mean = *point;
-    mean.p_WS_mm = sum_mm / n;
+    all.push_back(*point);
   }
-  co_return mean;
+  co_return mean_reading(all);
 }
 
 CellDevices::Outcome<drivers::SmrPoint> CellDevices::steady_reading() {

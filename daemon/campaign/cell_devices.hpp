@@ -89,12 +89,12 @@ class CellDevices {
     Eigen::Vector3d p_W_mm;
     double search_mm = 0;
     double gate_mm = 0;     ///< farther from `p_W_mm` is another reflector: an error
-    int readings = 1;       ///< one after the other; the point is their mean
+    int readings = 1;       ///< one after the other; the point is their mean, see mean_reading()
     bool two_face = false;  ///< in both faces; the point is their mean
   };
   struct Sighted {
     drivers::SmrPoint point;
-    std::optional<Eigen::Vector3d> face1_mm;  ///< the point in face 1 alone, where it was seen in both
+    std::optional<drivers::SmrPoint> face1;  ///< what face 1 alone saw, where it was measured in both
   };
   /// A reading that by the tracker's own account scatters by more than tracker.max_std_mm is taken again for
   /// longer, and an error where it still does.

@@ -340,14 +340,12 @@ CellDevices::Outcome<MeasuringSession::Points> MeasuringSession::attempt(Measuri
     observer_.on_trouble("pose " + std::to_string(target.pose) + ": " + sentence);
   Points points;
   for (const ReflectorSearch::Found& found : seen->found) {
-    const StoredPoint point = point_at(target, *reached, found.sighted.point, search_.name(found.reflector));
+    const std::string& smr = search_.name(found.reflector);
     // First, so that a point that is there is known to have been seen in both faces.
-    if (found.sighted.face1_mm) {
-      StoredPoint& face1 = points.emplace_back(point);
-      face1.purpose = PointPurpose::Face1;
-      face1.p_WS_mm = *found.sighted.face1_mm;
-    }
-    points.push_back(point);
+    if (found.sighted.face1)
+      points.emplace_back(point_at(target, *reached, *found.sighted.face1, smr)).purpose =
+          PointPurpose::Face1;
+    points.push_back(point_at(target, *reached, found.sighted.point, smr));
   }
   co_return points;
 }
@@ -433,7 +431,7 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::
 MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
                                                        std::string reason) {
   if (skipped_before(target.pose)) co_return Done{};
-  const SkippedPose skipped{target.pose, reason, attempts};
+  const SkippedPose skipped{target.pose, attempts, reason};
   const std::function<asio::awaitable<StoreResult<void>>()> write = [this, skipped] {
     return journal_.add_skipped(skipped);
   };
@@ -442,7 +440,11 @@ MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, i
   result_->skipped.push_back(skipped);
   ++progress_.skipped;
   count_pose_time();
-  observer_.on_skipped(skipped, progress());
+  StoredPoint wanted;
+  wanted.pose = target.pose;
+  wanted.purpose = target.purpose;
+  wanted.smr = search_.names_at(target.q_commanded, target.purpose);
+  observer_.on_skipped(wanted, reason, progress());
   co_return Done{};
 }
 

@@ -89,6 +89,13 @@ std::vector<std::size_t> ReflectorSearch::reflectors_at(const JointVector& q, Po
   return reflectors;
 }
 
+std::string ReflectorSearch::names_at(const JointVector& q, PointPurpose purpose) {
+  std::string names;
+  for (const std::size_t reflector : reflectors_at(q, purpose))
+    names += (names.empty() ? "" : ", ") + names_[reflector];
+  return names;
+}
+
 CellDevices::Sight ReflectorSearch::sight(const Stand& stand, const Eigen::Vector3d& p_W_mm,
                                           double radius_mm) const {
   const config::TrackerConfig& tracker = config_.tracker;

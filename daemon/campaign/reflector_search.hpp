@@ -44,6 +44,8 @@ class ReflectorSearch {
   /// Where that point was to be expected, mm, tracker frame of then.
   Eigen::Vector3d predicted_mm(const StoredPoint& point) const;
   const std::string& name(std::size_t reflector) const { return names_[reflector]; }
+  /// The names of those that are looked for there: "1, 2".
+  std::string names_at(const JointVector& q, PointPurpose purpose);
 
   /// The arm standing somewhere.
   struct Stand {

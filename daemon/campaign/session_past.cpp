@@ -23,7 +23,7 @@ CampaignError not_its_own(const std::string& what) {
 
 void MeasuringSession::begin_resumption(const std::string& time) {
   result_->resumptions = past_->resumptions;
-  Resumption resumption{past_->record.ended, time, {}, Eigen::Isometry3d::Identity()};
+  Resumption resumption{{past_->record.ended, time, {}}};
   if (!past_->resumptions.empty()) resumption.X_first_now = past_->resumptions.back().X_first_now;
   search_.look_from(resumption.X_first_now.inverse());
   result_->resumptions.push_back(std::move(resumption));

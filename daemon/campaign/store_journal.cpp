@@ -12,6 +12,7 @@
 #include "config/model_update.hpp"
 #include "core/compensate/largest_correction.hpp"
 #include "core/math/units.hpp"
+#include "daemon/campaign/campaign_past.hpp"
 #include "daemon/campaign/corrected_points.hpp"
 #include "daemon/campaign/stored_model.hpp"
 #include "proto/control/json_text.hpp"
@@ -21,6 +22,7 @@
 #include "proto/record/drift_document.hpp"
 #include "proto/record/forms.hpp"
 #include "proto/record/frame_document.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::daemon {
 
@@ -88,25 +90,6 @@ json::object options_document(const StoreJournal::Options& of) {
   for (auto& option : record::options_json(config::calibrate_options(config)))
     options[option.key()] = std::move(option.value());
   return options;
-}
-
-/// The poses that have no point: [{"pose","attempts","reason"}].
-json::array skipped_document(const CampaignResult& result) {
-  json::array list;
-  for (const SkippedPose& pose : result.skipped) {
-    list.push_back(json::object{{"pose", pose.pose}, {"attempts", pose.attempts}, {"reason", pose.reason}});
-  }
-  return list;
-}
-
-/// [{"interrupted","resumed","found"}]: when it was interrupted and went on, and what had become of the cell.
-json::array interruptions_document(const CampaignResult& result) {
-  json::array list;
-  for (const Resumption& resumption : result.resumptions)
-    list.push_back(json::object{{"interrupted", resumption.interrupted},
-                                {"resumed", resumption.resumed},
-                                {"found", resumption.found}});
-  return list;
 }
 
 /// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers of their
@@ -198,8 +181,8 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
   document["verdict"] = record::verdict_json(found.verdict);
   document["noise"] = record::noise_json(*config::calibrate_options(config).noise);
   document["conditions"] = conditions_document(result, measured_in(of, record));
-  document["skipped"] = skipped_document(result);
-  if (!result.resumptions.empty()) document["interruptions"] = interruptions_document(result);
+  document["skipped"] = record::to_json(result.skipped);
+  if (!result.resumptions.empty()) document["interruptions"] = interruptions_json(result.resumptions);
   if (found.remeasured) {
     document["remeasured"] = record::statistics_json(*found.remeasured);
     document["remeasured_points"] = remeasured_document(result, config);

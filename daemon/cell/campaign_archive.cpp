@@ -12,6 +12,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
 #include "proto/record/frame_document.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::daemon {
 
@@ -44,6 +45,8 @@ std::expected<PointsRequest, RpcError> points_request(const json::object& params
   return request;
 }
 
+json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
 json::value id_or_null(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }
 
 }  // namespace
@@ -65,30 +68,23 @@ json::object campaign_json(const CampaignRecord& record) {
           {"points_of", id_or_null(record.points_of)}};
 }
 
-namespace {
-
-json::object skipped_json(const SkippedPose& skipped) {
-  return {{"pose", skipped.pose}, {"reason", skipped.reason}, {"attempts", skipped.attempts}};
-}
-
-json::array interruptions_json(const std::vector<Resumption>& resumptions) {
-  json::array list;
-  for (const Resumption& once : resumptions)
-    list.push_back(
-        json::object{{"interrupted", once.interrupted}, {"resumed", once.resumed}, {"found", once.found}});
-  return list;
-}
-
-json::object point_json(const RobotModel& robot, const StoredPoint& point) {
+json::object seen_json(const StoredPoint& point) {
   return {{"pose", point.pose},
           {"purpose", purpose_name(point.purpose)},
           {"smr", point.smr},
-          {"q_target_deg", record::joints_json(point.q_target, robot)},
-          {"q_commanded_deg", record::joints_json(point.q_commanded, robot)},
-          {"q_actual_deg", record::joints_json(point.q_actual, robot)},
           {"p_mm", point.p_WS_mm ? vector_json(*point.p_WS_mm) : json::value{}},
-          {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}},
-          {"time", point.time}};
+          {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}}};
+}
+
+namespace {
+
+json::object point_json(const RobotModel& robot, const StoredPoint& point) {
+  json::object told = seen_json(point);
+  told["q_target_deg"] = record::joints_json(point.q_target, robot);
+  told["q_commanded_deg"] = record::joints_json(point.q_commanded, robot);
+  told["q_actual_deg"] = record::joints_json(point.q_actual, robot);
+  told["time"] = point.time;
+  return told;
 }
 
 // What leaves room in a line for the rest of an answer; the ends of lines take two bytes each in JSON.
@@ -141,6 +137,27 @@ json::array points_json(const std::vector<StoredPoint>& points, const RobotModel
   return page;
 }
 
+/// The answer of campaign.points.
+/// @param format  "json" or "csv"
+MethodResult page_answer(const StoredCampaign& campaign, const RobotModel& robot, const std::string& format,
+                         std::size_t offset, std::size_t limit) {
+  const bool as_csv = format == "csv";
+  PointsPage page =
+      as_csv ? rows_of(rows_of_file(measurements_csv(campaign, robot)), offset, limit)
+             : points_of(points_json(campaign.points, robot, offset, limit), campaign.points.size());
+  if (as_csv && page.total == 0)
+    return std::unexpected(RpcError{
+        ErrorCode::NotFound, "the campaign has no points that identify or validate; ask for format json"});
+  const std::size_t end = offset + page.count;
+  json::object answer{{"id", campaign.record.id},
+                      {"format", format},
+                      {"offset", offset},
+                      {"next", end < page.total ? json::value(end) : json::value{}},
+                      {"total", page.total}};
+  answer[as_csv ? "csv" : "points"] = std::move(page.content);
+  return answer;
+}
+
 /// Leaves of the document's lists of points and poses what lies in the page.
 /// @return how many the longest list has
 std::size_t page_points(json::object& document, std::size_t offset, std::size_t limit) {
@@ -173,8 +190,6 @@ json::object documents_json(const CampaignRecord& record, bool with_points) {
 
 }  // namespace
 
-json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id) {
   auto record = id.empty() ? store.last_campaign() : store.campaign(id);
   if (!record) return std::unexpected(record.error());
@@ -192,12 +207,10 @@ StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std
 
 json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot, std::size_t offset,
                              std::size_t limit) {
-  json::array skipped;
-  for (const SkippedPose& pose : campaign.skipped) skipped.push_back(skipped_json(pose));
   json::object documents = documents_json(campaign.record, limit > 0);
   return {{"campaign", campaign_json(campaign.record)},
           {"progress", nullptr},
-          {"skipped", std::move(skipped)},
+          {"skipped", record::to_json(campaign.skipped)},
           {"interruptions", interruptions_json(campaign.resumptions)},
           {"drift", documents["drift"]},
           {"targets", documents["targets"]},
@@ -292,24 +305,33 @@ MethodReply CampaignArchive::get(json::object params) {
   co_return answer;
 }
 
+/// Of a stored campaign, read and made by the store's thread: to write its file anew for each part takes a
+/// few milliseconds of a thread that has them.
+MethodReply CampaignArchive::answer_of(std::string id,
+                                       std::function<MethodResult(const StoredCampaign&)> make) {
+  auto job = [this, id, make]() -> MethodResult {
+    const auto found = read_campaign(parts_.store, id);
+    if (!found) return std::unexpected(store_unusable(found.error()));
+    if (!*found) return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
+    return make(**found);
+  };
+  auto answer = co_await parts_.store_thread.ask(job);
+  co_return answer;
+}
+
 MethodReply CampaignArchive::measurements(json::object params) {
   ParamReader reader{params};
   const std::string id = reader.id("id").value_or("");
   const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, INT64_MAX).value_or(0));
   if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
-  // Reading and writing it anew for each part takes a few milliseconds of a thread that has them.
-  auto job = [this, id]() -> StoreResult<std::optional<std::pair<std::string, std::string>>> {
-    auto found = read_campaign(parts_.store, id);
-    if (!found) return std::unexpected(found.error());
-    if (!*found) return std::nullopt;
-    return std::pair{(*found)->record.id, measurements_csv(**found, parts_.config.robot.model)};
+  auto make = [this, offset](const StoredCampaign& found) -> MethodResult {
+    const std::string csv = measurements_csv(found, parts_.config.robot.model);
+    return json::object{{"id", found.record.id},
+                        {"offset", offset},
+                        {"data", csv.substr(std::min(offset, csv.size()), kPart)}};
   };
-  auto found = co_await parts_.store_thread.ask(job);
-  if (!found) co_return std::unexpected(store_unusable(found.error()));
-  if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
-  const auto& [found_id, csv] = **found;
-  co_return json::object{
-      {"id", found_id}, {"offset", offset}, {"data", csv.substr(std::min(offset, csv.size()), kPart)}};
+  auto answer = co_await answer_of(id, make);
+  co_return answer;
 }
 
 MethodReply CampaignArchive::points(json::object params) {
@@ -322,26 +344,11 @@ MethodReply CampaignArchive::points(json::object params) {
   if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
   const auto current = current_();
   if (id.empty() && current && current->running) id = current->record.id;
-  auto job = [this, id] { return read_campaign(parts_.store, id); };
-  const auto read = co_await parts_.store_thread.ask(job);
-  if (!read) co_return std::unexpected(store_unusable(read.error()));
-  if (!*read) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
-  const StoredCampaign& found = **read;
-  const RobotModel& robot = parts_.config.robot.model;
-  const bool as_csv = format == "csv";
-  PointsPage page = as_csv ? rows_of(rows_of_file(measurements_csv(found, robot)), offset, limit)
-                           : points_of(points_json(found.points, robot, offset, limit), found.points.size());
-  if (as_csv && page.total == 0)
-    co_return std::unexpected(RpcError{
-        ErrorCode::NotFound, "the campaign has no points that identify or validate; ask for format json"});
-  const std::size_t end = offset + page.count;
-  json::object result{{"id", found.record.id},
-                      {"format", format},
-                      {"offset", offset},
-                      {"next", end < page.total ? json::value(end) : json::value{}},
-                      {"total", page.total}};
-  result[as_csv ? "csv" : "points"] = std::move(page.content);
-  co_return result;
+  auto make = [this, format, offset, limit](const StoredCampaign& found) {
+    return page_answer(found, parts_.config.robot.model, format, offset, limit);
+  };
+  auto answer = co_await answer_of(id, make);
+  co_return answer;
 }
 
 MethodReply CampaignArchive::report(json::object params) {

@@ -12,8 +12,6 @@
 
 namespace truepose::daemon {
 
-boost::json::array vector_json(const Eigen::Vector3d& v);
-
 // What a store says of its campaigns, as the control protocol says it: by the daemon, and by whoever reads
 // its file without one.
 
@@ -27,6 +25,9 @@ struct StoredCampaign {
 /// @param id  empty: the last one
 /// @return nothing where there is none
 StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id);
+/// Which point it is and what the tracker saw of it, as answers and events have it: {"pose","purpose","smr",
+/// "p_mm","std_mm"}, the last two null where it saw nothing.
+boost::json::object seen_json(const StoredPoint& point);
 /// A row of campaign.list.
 boost::json::object campaign_json(const CampaignRecord& record);
 /// The answer of campaign.get, of a campaign that is not under way.
@@ -64,6 +65,7 @@ class CampaignArchive {
   MethodReply measurements(boost::json::object params);
   MethodReply report(boost::json::object params);
   MethodReply points(boost::json::object params);
+  MethodReply answer_of(std::string id, std::function<MethodResult(const StoredCampaign&)> make);
 
   CellParts parts_;
   std::function<std::optional<Current>()> current_;

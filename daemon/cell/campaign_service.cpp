@@ -13,28 +13,6 @@ namespace json = boost::json;
 using control::ParamReader;
 using control::RpcError;
 
-namespace {
-
-/// What the poses of a phase are measured for.
-PointPurpose purpose_in(CampaignPhase phase) {
-  switch (phase) {
-    case CampaignPhase::Identify:
-      return PointPurpose::Identify;
-    case CampaignPhase::Validate:
-      return PointPurpose::Validate;
-    case CampaignPhase::Targets:
-      return PointPurpose::Target;
-    case CampaignPhase::Cycles:
-      return PointPurpose::Cycle;
-    case CampaignPhase::Frame:
-      return PointPurpose::Frame;
-    default:
-      return PointPurpose::Remeasure;
-  }
-}
-
-}  // namespace
-
 CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
                           CampaignObserver& observer, CampaignOrder order,
                           std::shared_ptr<const CampaignPast> past)
@@ -233,32 +211,26 @@ void CampaignService::on_progress(const CampaignProgress&) {
   parts_.events.publish(control::Topic::Campaign, progress_json());
 }
 
+/// @param why_not  it was not measured
+void CampaignService::tell_measurement(const StoredPoint& point, json::value error_mm,
+                                       const std::string& why_not) {
+  json::object told = seen_json(point);
+  told["campaign_id"] = run_->id();
+  told["error_mm"] = std::move(error_mm);
+  told["reason"] = why_not;
+  parts_.events.publish(control::Topic::Measurement, std::move(told));
+}
+
 void CampaignService::on_point(const StoredPoint& point, double deviation_mm,
                                const CampaignProgress& progress) {
-  parts_.events.publish(
-      control::Topic::Measurement,
-      json::object{{"campaign_id", run_->id()},
-                   {"pose", point.pose},
-                   {"purpose", purpose_name(point.purpose)},
-                   {"smr", point.smr},
-                   {"p_mm", point.p_WS_mm ? vector_json(*point.p_WS_mm) : json::value{}},
-                   {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}},
-                   {"error_mm", progress.error_mm ? json::value(deviation_mm) : json::value{}},
-                   {"reason", ""}});
+  tell_measurement(point, progress.error_mm ? json::value(deviation_mm) : json::value{}, "");
   on_progress(progress);
 }
 
-void CampaignService::on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) {
-  log_warning("pose " + std::to_string(skipped.pose) + " skipped: " + skipped.reason);
-  parts_.events.publish(control::Topic::Measurement,
-                        json::object{{"campaign_id", run_->id()},
-                                     {"pose", skipped.pose},
-                                     {"purpose", purpose_name(purpose_in(progress.phase))},
-                                     {"smr", parts_.config.reflector.name},
-                                     {"p_mm", nullptr},
-                                     {"std_mm", nullptr},
-                                     {"error_mm", nullptr},
-                                     {"reason", skipped.reason}});
+void CampaignService::on_skipped(const StoredPoint& wanted, const std::string& reason,
+                                 const CampaignProgress& progress) {
+  log_warning("pose " + std::to_string(wanted.pose) + " skipped: " + reason);
+  tell_measurement(wanted, nullptr, reason);
   on_progress(progress);
 }
 

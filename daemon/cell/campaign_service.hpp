@@ -87,10 +87,12 @@ class CampaignService final : private CampaignObserver {
   boost::asio::awaitable<void> close(Run& run, std::optional<CampaignError> error);
   boost::asio::awaitable<void> keep_end();
   boost::json::object progress_json() const;
+  void tell_measurement(const StoredPoint& point, boost::json::value error_mm, const std::string& why_not);
 
   void on_progress(const CampaignProgress& progress) override;
   void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;
-  void on_skipped(const SkippedPose& skipped, const CampaignProgress& progress) override;
+  void on_skipped(const StoredPoint& wanted, const std::string& reason,
+                  const CampaignProgress& progress) override;
   void on_trouble(const std::string& sentence) override;
   void on_waiting(CellDevice device, const std::string& reason) override;
   void on_paused(const std::string& sentence) override;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "config/number_text.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/record/arm_document.hpp"
 
@@ -22,37 +21,6 @@ constexpr Duration kAskTracker = 5s;
 constexpr Duration kCheckAnswer = 5s;
 constexpr Duration kOld = 3s;  // a state of the robot is not known any more
 constexpr const char* kTrackerFault = "E_TRACKER";
-
-json::object config_json(const config::CellConfig& config) {
-  const config::WebConfig web = config.web.value_or(config::WebConfig{});
-  return {{"name", config.name},
-          {"robot",
-           {{"file", config.robot.file.string()},
-            {"model", config.robot.model.name},
-            {"eki_motion", config::text(config.robot.eki_motion)},
-            {"eki_state", config::text(config.robot.eki_state)},
-            {"expect_model", config.robot.expect_model}}},
-          {"stream",
-           {{"listen", config::text(config.stream.listen)},
-            {"ethernet_xml", config.stream.ethernet_xml.string()},
-            {"max_step_deg", config.stream.max_step_deg},
-            {"max_total_deg", config.stream.max_total_deg},
-            {"ramp_ms", config.stream.ramp.count()}}},
-          {"tracker",
-           {{"address", config::text(config.tracker.address)},
-            {"reflector", config.tracker.reflector},
-            {"search_mm", config.tracker.search_mm},
-            {"gate_mm", config.tracker.gate_mm}}},
-          {"campaign",
-           {{"identify_poses", config.campaign.identify_poses},
-            {"validate_poses", config.campaign.validate_poses},
-            {"seed", config.campaign.seed},
-            {"speed_percent", config.campaign.speed_percent},
-            {"remeasure", config.campaign.remeasure}}},
-          {"control", {{"listen", config::text(config.control.listen)}}},
-          {"web", {{"listen", web.listen ? json::value(config::text(*web.listen)) : json::value{}}}},
-          {"store", config.store.string()}};
-}
 
 }  // namespace
 
@@ -81,7 +49,7 @@ std::vector<Method<DeviceService>> DeviceService::methods() {
 
 MethodReply DeviceService::config(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  co_return json::object{{"config", config_json(parts_.config)}};
+  co_return json::object{{"config", config::cell_json(parts_.config)}};
 }
 
 MethodReply DeviceService::status(json::object params) {

@@ -162,6 +162,14 @@ std::expected<const ModelService::Active*, RpcError> ModelService::needed_for_dr
   return active;
 }
 
+std::expected<const ModelService::Active*, RpcError> ModelService::needed_to_correct() const {
+  const auto active = needed();
+  const std::string other = active ? tools_.other_arm() : "";
+  if (other.empty()) return active;
+  return std::unexpected(runner_.wrong_state(other + "; allowed: tool.activate, tool.deactivate",
+                                             {"tool.activate", "tool.deactivate"}));
+}
+
 asio::awaitable<StoreResult<std::optional<ModelService::Found>>> ModelService::read(std::string id) {
   auto job = [this, id]() -> StoreResult<std::optional<Found>> {
     auto record = id.empty() ? parts_.store.active_model() : parts_.store.model(id);

@@ -60,6 +60,8 @@ class ModelService {
   /// The active model where it can be worked with, else why it cannot, as the answer to who needs it.
   std::expected<const Active*, control::RpcError> needed() const;
   std::expected<const Active*, control::RpcError> needed_for_drift() const;
+  /// The same for who corrects by it: the tools in use have to be the arm's too.
+  std::expected<const Active*, control::RpcError> needed_to_correct() const;
   /// @param id  empty: the active one
   /// @return it; or that there is none, or that it is no longer what was made
   boost::asio::awaitable<std::expected<Found, control::RpcError>> find_checked(std::string id);

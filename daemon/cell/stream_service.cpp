@@ -67,7 +67,7 @@ std::vector<Method<StreamService>> StreamService::methods() {
 
 MethodReply StreamService::start(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
+  if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
   if (auto refused = runner_.apply(StreamStartRequested{}, "asked for by an operator", by))
     co_return std::unexpected(*refused);
   before_request_ = parts_.stream.status();
@@ -139,7 +139,7 @@ asio::awaitable<void> StreamService::end_program() {
 MethodReply StreamService::arm(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (!devices_.robot().connected()) co_await devices_.look_at_robot();
-  if (const auto model = models_.needed(); !model) co_return std::unexpected(model.error());
+  if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
   const bool known = devices_.arm_serial().has_value();
   if (auto refused = runner_.apply(ArmRequested{}, "armed by an operator", by))
     co_return std::unexpected(*refused);
@@ -182,7 +182,7 @@ asio::awaitable<void> StreamService::arm_as_before() {
   if (!since || since->empty()) co_return;
   kept_armed_ = true;
   co_await devices_.look_at_robot();
-  if (const auto model = models_.needed(); !model) {
+  if (const auto model = models_.needed_to_correct(); !model) {
     log_warning("the stream, armed since " + *since + ", is disarmed: " + model.error().message);
     co_await keep_disarmed();
     co_return;
@@ -298,7 +298,7 @@ void StreamService::look_at_robot(const StreamStatus& status) {
 void StreamService::look_whose_arm_it_is(const StreamStatus& status) {
   const bool armed = runner_.in<Armed>() != nullptr;
   const bool told = armed && devices_.arm_serial();
-  if (const auto model = models_.needed(); armed && told && models_.active() && !model) {
+  if (const auto model = models_.needed_to_correct(); armed && told && models_.active() && !model) {
     runner_.apply(StreamFaulted{model.error().message}, "");
     return;
   }

@@ -31,6 +31,23 @@ std::string ToolService::campaign_of(int number) const {
   return found != in_use_.end() ? found->second.campaign_id : "";
 }
 
+/// @param serial  empty: of a record that does not tell it
+std::string ToolService::other_arm(const std::string& what, const std::string& serial) const {
+  return serial.empty() ? "" : devices_.other_arm(what, serial);
+}
+
+std::string ToolService::other_arm(int number) const {
+  const auto found = in_use_.find(number);
+  if (found == in_use_.end()) return {};
+  return other_arm("tool " + std::to_string(number), found->second.robot_serial);
+}
+
+std::string ToolService::other_arm() const {
+  for (const auto& [number, tool] : in_use_)
+    if (std::string other = other_arm(number); !other.empty()) return other;
+  return {};
+}
+
 std::expected<ToolService::InUse, std::string> ToolService::usable(const ToolInUse& stored) const {
   const auto document = control::parse_json(stored.document);
   if (!document) return std::unexpected("its document: " + document.error());
@@ -38,7 +55,7 @@ std::expected<ToolService::InUse, std::string> ToolService::usable(const ToolInU
   if (!frame) return std::unexpected("its document: " + frame.error());
   if (frame->yaml.empty()) return std::unexpected(record::why_not_usable(*frame));
   try {
-    return InUse{stored.campaign_id, stored.measured,
+    return InUse{stored.campaign_id, stored.measured, stored.robot_serial,
                  config::parse_tool(frame->yaml, "its tool", parts_.config.robot.model)};
   } catch (const config::ConfigError& error) {
     return std::unexpected(std::string{error.what()});
@@ -82,7 +99,7 @@ MethodReply ToolService::list(json::object params) {
 std::string ToolService::why_not(const CampaignRecord& record) const {
   if (record.kind != "tool" || record.state != "done")
     return "campaign " + record.id + " measured no tool, or is not done";
-  return devices_.other_arm("the tool", record.robot_serial);
+  return other_arm("the tool", record.robot_serial);
 }
 
 MethodReply ToolService::activate(json::object params, std::string) {
@@ -95,7 +112,7 @@ MethodReply ToolService::activate(json::object params, std::string) {
   if (!*record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
   if (const std::string why = why_not(**record); !why.empty())
     co_return std::unexpected(runner_.wrong_state(why));
-  auto tool = usable({0, id, (*record)->ended, (*record)->document});
+  auto tool = usable({0, id, (*record)->ended, (*record)->robot_serial, (*record)->document});
   if (!tool) co_return std::unexpected(runner_.wrong_state("campaign " + id + ": " + tool.error()));
   const int number = tool->file.number;
   auto use = [this, number, id] { return parts_.store.use_tool(number, id); };

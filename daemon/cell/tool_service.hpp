@@ -26,12 +26,17 @@ class ToolService {
   const config::ToolFile* of(int number) const;
   /// The campaign that measured it; empty: it is the cell file's.
   std::string campaign_of(int number) const;
+  /// That the one in use was measured on another arm than the one that is there, in one sentence; empty: it
+  /// was not, or nobody knows.
+  std::string other_arm(int number) const;
+  /// The same of any in use.
+  std::string other_arm() const;
   /// Called when others are in use.
   void when_changed(std::function<void()> act) { changed_ = std::move(act); }
 
  private:
   struct InUse {
-    std::string campaign_id, measured;
+    std::string campaign_id, measured, robot_serial;
     config::ToolFile file;
   };
 
@@ -40,6 +45,7 @@ class ToolService {
   MethodReply deactivate(boost::json::object params, std::string by);
   std::expected<InUse, std::string> usable(const ToolInUse& stored) const;
   std::string why_not(const CampaignRecord& record) const;
+  std::string other_arm(const std::string& what, const std::string& serial) const;
   boost::json::object json(int number) const;
 
   CellParts parts_;

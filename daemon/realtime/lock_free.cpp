@@ -28,13 +28,13 @@ double LatencyHistogram::upper_edge_ns(std::size_t bucket) noexcept {
 
 void LatencyHistogram::record(std::chrono::nanoseconds duration) noexcept {
   const auto ns = static_cast<std::uint64_t>(std::max<std::chrono::nanoseconds::rep>(duration.count(), 0));
-  std::atomic<std::uint32_t>& count = counts_[bucket(ns)];
+  std::atomic<std::uint64_t>& count = counts_[bucket(ns)];
   count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   if (ns > max_ns_.load(std::memory_order_relaxed)) max_ns_.store(ns, std::memory_order_relaxed);
 }
 
 LatencyHistogram::Summary LatencyHistogram::summary() const noexcept {
-  std::array<std::uint32_t, kOctaves * kSubBuckets> counts;
+  std::array<std::uint64_t, kOctaves * kSubBuckets> counts;
   Summary summary;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     counts[i] = counts_[i].load(std::memory_order_relaxed);
@@ -45,7 +45,7 @@ LatencyHistogram::Summary LatencyHistogram::summary() const noexcept {
     const double rank = std::ceil(fraction * static_cast<double>(summary.count));
     double seen = 0;
     for (std::size_t i = 0; i < counts.size(); ++i) {
-      seen += counts[i];
+      seen += static_cast<double>(counts[i]);
       if (counts[i] > 0 && seen >= rank) return std::min(upper_edge_ns(i), max_ns) / 1e3;
     }
     return 0.0;

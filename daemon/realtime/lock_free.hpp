@@ -120,7 +120,7 @@ class LatencyHistogram {
   static std::size_t bucket(std::uint64_t ns) noexcept;
   static double upper_edge_ns(std::size_t bucket) noexcept;
 
-  std::array<std::atomic<std::uint32_t>, kOctaves * kSubBuckets> counts_{};
+  std::array<std::atomic<std::uint64_t>, kOctaves * kSubBuckets> counts_{};
   std::atomic<std::uint64_t> max_ns_{0};
 };
 

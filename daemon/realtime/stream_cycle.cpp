@@ -266,8 +266,13 @@ std::string_view StreamCycle::hold() noexcept {
 }
 
 std::string_view StreamCycle::repeat(std::uint64_t ipoc) noexcept {
+  // Of a process before this one the controller may repeat what that one answered.
+  if (replied_ipoc_ != ipoc) {
+    ++status_.counters.wrong_ipoc;
+    return {};
+  }
   ++status_.counters.duplicate;
-  return replied_ipoc_ == ipoc ? std::string_view{buffer_.data(), reply_bytes_} : std::string_view{};
+  return {buffer_.data(), reply_bytes_};
 }
 
 std::string_view StreamCycle::reply() noexcept {

@@ -67,8 +67,8 @@ struct StreamCounters {
   std::uint64_t answered = 0;   ///< with a correction of its own cycle (zero while idle)
   std::uint64_t held =
       0;  ///< with the last correction, because the frame, the model or a latched fault forbade another
-  std::uint64_t duplicate = 0;   ///< a repeated IPOC, given the same reply where there was one
-  std::uint64_t wrong_ipoc = 0;  ///< out of order, not answered
+  std::uint64_t duplicate = 0;   ///< a repeated IPOC, given the same reply
+  std::uint64_t wrong_ipoc = 0;  ///< out of order, or repeated and there is no reply to repeat; not answered
   std::uint64_t unproven = 0;    ///< not answered, because what the controller has in force was not known
   std::uint64_t unanswered = 0;  ///< malformed, and nothing to hold on to
   std::uint64_t malformed = 0;   ///< frames that could not be believed (among held, duplicate and unanswered)

@@ -237,7 +237,7 @@ StoreResult<std::vector<Resumption>> CampaignPlans::resumptions(const std::strin
     if (!*row) return all;
     const auto X = pose_of(query.text(3));
     if (!X) return unreadable(campaign_id, "the motion of the tracker is no list of 12 numbers");
-    all.push_back({query.text(0), query.text(1), query.text(2), *X});
+    all.push_back({{query.text(0), query.text(1), query.text(2)}, *X});
   }
 }
 

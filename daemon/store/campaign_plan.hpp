@@ -33,9 +33,7 @@ struct CampaignPlan {
 };
 
 /// A campaign went on after the daemon had ended.
-struct Resumption {
-  std::string interrupted, resumed;  ///< RFC 3339
-  std::string found;                 ///< what had become of the cell meanwhile, in words
+struct Resumption : record::Interruption {
   /// Brings a point that is seen since then to where the tracker would have seen it when the campaign began.
   Eigen::Isometry3d X_first_now = Eigen::Isometry3d::Identity();
 };

@@ -408,10 +408,10 @@ StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& c
 
 StoreResult<std::vector<SkippedPose>> Store::skipped(const std::string& campaign_id) {
   Statement query = impl_->database->prepare(
-      "SELECT pose, reason, attempts FROM skipped WHERE campaign_id=? ORDER BY number");
+      "SELECT pose, attempts, reason FROM skipped WHERE campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   return all<SkippedPose>(std::move(query), [](const Statement& row) {
-    return SkippedPose{pose_number(row.integer(0)), row.text(1), static_cast<int>(row.integer(2))};
+    return SkippedPose{pose_number(row.integer(0)), static_cast<int>(row.integer(1)), row.text(2)};
   });
 }
 
@@ -468,10 +468,11 @@ StoreResult<void> Store::use_tool(int number, const std::string& campaign_id) {
 
 StoreResult<std::vector<ToolInUse>> Store::tools_in_use() {
   const auto tool_of = [](const Statement& row) {
-    return ToolInUse{static_cast<int>(row.integer(0)), row.text(1), row.text(2), row.document(3)};
+    return ToolInUse{static_cast<int>(row.integer(0)), row.text(1), row.text(2), row.text(3),
+                     row.document(4)};
   };
   return all<ToolInUse>(
-      impl_->database->prepare("SELECT number, campaign_id, ended, document FROM tool "
+      impl_->database->prepare("SELECT number, campaign_id, ended, robot_serial, document FROM tool "
                                "JOIN campaign ON campaign.id=tool.campaign_id ORDER BY number"),
       +tool_of);
 }

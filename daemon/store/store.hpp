@@ -14,15 +14,11 @@
 #include "daemon/store/backup.hpp"
 #include "daemon/store/event_archive.hpp"
 #include "daemon/store/store_error.hpp"
+#include "proto/record/campaign_records.hpp"
 
 namespace truepose::daemon {
 
-/// Why a planned pose has no point.
-struct SkippedPose {
-  int pose = 0;  ///< its number in the campaign, from 1
-  std::string reason;
-  int attempts = 0;
-};
+using record::SkippedPose;
 
 enum class PointPurpose {
   Identify,
@@ -106,10 +102,11 @@ struct ModelRecord {
 
 /// A measured tool that is in force under its number.
 struct ToolInUse {
-  int number = 0;           ///< of TOOL_DATA
-  std::string campaign_id;  ///< that measured it
-  std::string measured;     ///< when that ended, RFC 3339
-  std::string document;     ///< of that, with the tool's file (JSON)
+  int number = 0;            ///< of TOOL_DATA
+  std::string campaign_id;   ///< that measured it
+  std::string measured;      ///< when that ended, RFC 3339
+  std::string robot_serial;  ///< of the arm that it was measured on; empty: not known
+  std::string document;      ///< of the campaign, with the tool's file (JSON)
 };
 
 class CampaignPlans;

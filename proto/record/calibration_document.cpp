@@ -226,17 +226,6 @@ void layout(auto& io, Is<Conditions> auto& x) {
   io.optional("pressure_mbar", x.pressure_mbar);
   io.optional("humidity_percent", x.humidity_percent);
 }
-void layout(auto& io, Is<Interruption> auto& x) {
-  io("interrupted", x.interrupted);
-  io("resumed", x.resumed);
-  io("found", x.found);
-}
-
-void layout(auto& io, Is<Skipped> auto& x) {
-  io("pose", x.pose, kNumber);
-  io("attempts", x.attempts, kCount);
-  io("reason", x.reason);
-}
 void layout(auto& io, Is<Remeasured> auto& x) {
   io("pose", x.pose, kNumber);
   io("smr", x.smr);

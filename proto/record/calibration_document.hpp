@@ -11,6 +11,7 @@
 #include "core/judge/calibration_verdict.hpp"
 #include "core/judge/path_accuracy.hpp"
 #include "proto/record/arm_document.hpp"
+#include "proto/record/campaign_records.hpp"
 #include "proto/record/layout.hpp"
 #include "proto/record/transfer.hpp"
 
@@ -77,12 +78,6 @@ struct Spread {
   StageSpread before, geometric, after;
 };
 
-/// After which the campaign went on.
-struct Interruption {
-  std::string interrupted, resumed;  ///< RFC 3339
-  std::string found;                 ///< what had become of the cell meanwhile, in words
-};
-
 /// From the smallest to the greatest value that was met.
 struct Extent {
   double min = 0, max = 0;
@@ -92,12 +87,6 @@ struct Conditions {
   std::string started, ended;  ///< RFC 3339
   int poses_measured = 0, poses_skipped = 0;
   std::optional<Extent> temperature_c, pressure_mbar, humidity_percent;
-};
-/// A pose that was planned and has no point.
-struct Skipped {
-  int pose = 0;  ///< number in the plan, from 1
-  int attempts = 0;
-  std::string reason;
 };
 /// A validation pose that was reached with compensated joints and measured again.
 struct Remeasured {
@@ -168,7 +157,7 @@ struct CalibrationDocument {
   std::string robot, tracker, campaign, model, date;  ///< empty where not known
   ByName<std::string> files, options;
   std::optional<Conditions> conditions;
-  std::vector<Skipped> skipped;
+  std::vector<SkippedPose> skipped;
   std::vector<Interruption> interruptions;
   std::vector<double> reference_drift_mm;
   std::optional<ErrorStatistics> remeasured;

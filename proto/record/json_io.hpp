@@ -90,6 +90,11 @@ boost::json::object to_json(const Record& x) {
   return std::move(WriteIo<JsonText>::value(x).as_object());
 }
 
+template <class Record>
+boost::json::array to_json(const std::vector<Record>& list) {
+  return std::move(WriteIo<JsonText>::value(list).as_array());
+}
+
 /// @param name  how errors call the whole; empty: only by what is in it
 template <class Record>
 std::expected<Record, std::string> from_json(const boost::json::value& document, std::string name = "") try {

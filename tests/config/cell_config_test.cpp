@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <boost/json/serialize.hpp>
+#include <boost/json/value.hpp>
+
 #include "config/cell_setup.hpp"
 #include "core/identify/option_names.hpp"
 #include "core/math/angles.hpp"
@@ -12,6 +15,7 @@
 namespace truepose::config {
 namespace {
 
+namespace json = boost::json;
 using testing::HasSubstr;
 
 constexpr char kRobot[] =
@@ -64,6 +68,44 @@ TEST_F(CellFile, GivesWhatCampaignsGoByAsATextAndTakesItBack) {
   EXPECT_EQ(other.calibration.residual, cell.calibration.residual);
   EXPECT_EQ(other.calibration.loss, Loss::Tukey);
   EXPECT_THROW(use_campaign_options(other, "campaign: {identify_poses: many}"), ConfigError);
+}
+
+TEST_F(CellFile, IsShownAsAFileThatReadsBackTheSame) {
+  CellConfig cell = load(kSmallest);
+  cell.robot.expect_model = "KR210";
+  cell.loads = {{2, {12.5, {1, 2, 3}}}};
+  cell.stream.rearm = Rearm::Automatic;
+  cell.stream.max_step_deg = 0.013;
+  cell.stream.p_FT_mm = {10, -20, 300};
+  cell.tracker.reflector = "CCR-1.5in";
+  cell.tracker.placement = pose_from_kuka({3000, -200, 900}, {0, 0, 0});
+  cell.tracker.nests_mm = {{1, 2, 3}, {4, 5, 6}, {7, 8, -9}};
+  cell.tracker.air_file = "/run/air";
+  cell.further_reflectors = {{.name = "side", .p_FS_mm = {20, -110, 70}, .facing_F = {0.6, 0, 0.8}}};
+  cell.campaign.seed = 0xfedc'ba98'7654'3210;
+  cell.calibration = {true, {1, 2, 160}, residual_kinds("auto").value(), Loss::Tukey};
+  cell.iso9283.cube.centre_mm = {1500, 0, 900};
+  cell.recording.most_files = 3;
+  const json::object shown = cell_json(cell);
+
+  json::object file = shown;
+  file["robot"].as_object().erase("model");
+  file["control"].as_object()["token_file"] = "token";
+  EXPECT_EQ(json::serialize(cell_json(load(json::serialize(file)))), json::serialize(shown));
+}
+
+TEST_F(CellFile, IsShownWithoutSecrets) {
+  CellConfig cell = load(kSmallest);
+  cell.control.token_file = "/secret/token";
+  cell.control.tls = TlsConfig{{"0.0.0.0", 7211}, "/secret/certificate", "/secret/key"};
+  EXPECT_EQ(json::serialize(cell_json(cell)).find("secret"), std::string::npos);
+}
+
+TEST_F(CellFile, IsShownWithoutAnAddressWhereTheWebPortIsOff) {
+  CellConfig cell = load(kSmallest);
+  EXPECT_EQ(cell_json(cell).at("web").at("listen"), "127.0.0.1:7280");
+  cell.web = WebConfig{std::nullopt};
+  EXPECT_TRUE(cell_json(cell).at("web").at("listen").is_null());
 }
 
 TEST_F(CellFile, ReadsWhereAnIso9283TestIsMeasured) {

@@ -170,6 +170,26 @@ TEST_F(CampaignTest, CountsPosesThatAreMeasuredThatWereSkippedAndThatAreLeft) {
   EXPECT_FALSE(journal.skipped.empty());
 }
 
+TEST_F(CampaignTest, TellsOfAPoseThatItGivesUpWhatItWasFor) {
+  config.campaign.reference_every = 5;
+  config.campaign.pause_after_lost = config.campaign.retries = 0;
+  observer.at_point = [this](const StoredPoint&) { cell->use_faults({.tracker_busy = 0.3}); };
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_EQ(observer.given_up.size(), journal.skipped.size());
+  std::set<PointPurpose> purposes;
+  for (const StoredPoint& wanted : observer.given_up) {
+    const auto planned = std::ranges::find(journal.plan.poses, wanted.pose, &PlannedPose::pose);
+    ASSERT_NE(planned, journal.plan.poses.end());
+    EXPECT_EQ(wanted.purpose, planned->purpose) << "pose " << wanted.pose;
+    EXPECT_EQ(wanted.smr, "1");
+    EXPECT_FALSE(wanted.p_WS_mm);
+    purposes.insert(wanted.purpose);
+  }
+  EXPECT_THAT(purposes, testing::IsSupersetOf({PointPurpose::Identify, PointPurpose::Validate,
+                                               PointPurpose::Remeasure, PointPurpose::Reference}));
+}
+
 TEST_F(CampaignTest, SaysOfAPoseThatTakesLongThatTheEndGetsNoNearer) {
   start();
   observer.at_point = [this](const StoredPoint& point) {

@@ -106,6 +106,7 @@ TEST_F(DeviceServiceTest, HandsOutItsConfiguration) {
   EXPECT_EQ(told.at("name"), "example");
   EXPECT_EQ(told.at_pointer("/robot/expect_model"), "KR210R2700_2");
   EXPECT_EQ(told.at_pointer("/campaign/identify_poses"), 16);
+  EXPECT_EQ(told.at_pointer("/stream/timeout_cycles"), 100);
 }
 
 TEST_F(CellTest, RefusesAParameterThatItDoesNotKnowInEveryMethod) {

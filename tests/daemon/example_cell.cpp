@@ -167,7 +167,9 @@ void RecordingObserver::on_point(const daemon::StoredPoint& point, double deviat
   if (at_point) at_point(point);
 }
 
-void RecordingObserver::on_skipped(const daemon::SkippedPose&, const daemon::CampaignProgress& progress) {
+void RecordingObserver::on_skipped(const daemon::StoredPoint& wanted, const std::string&,
+                                   const daemon::CampaignProgress& progress) {
+  given_up.push_back(wanted);
   last = progress;
 }
 

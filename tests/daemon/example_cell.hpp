@@ -44,7 +44,7 @@ struct MemoryJournal final : daemon::CampaignJournal {
   std::optional<daemon::CampaignError> error;
   std::function<void(const daemon::StoredPoint&)> at_point;  ///< of any purpose, before it is there
   int fail_at_point = -1;                                    ///< this call of add_point fails
-  bool full = false;       ///< as for want of room, until it is no longer
+  bool full = false;                                         ///< as for want of room, until it is no longer
 
   /// What the store would give of the campaign to one that goes on.
   std::shared_ptr<const daemon::CampaignPast> past() const;
@@ -61,7 +61,8 @@ struct RecordingObserver final : daemon::CampaignObserver {
   }
   void on_point(const daemon::StoredPoint& point, double deviation_mm,
                 const daemon::CampaignProgress& progress) override;
-  void on_skipped(const daemon::SkippedPose& skipped, const daemon::CampaignProgress& progress) override;
+  void on_skipped(const daemon::StoredPoint& wanted, const std::string& reason,
+                  const daemon::CampaignProgress& progress) override;
   void on_trouble(const std::string& sentence) override {
     troubles.push_back(sentence);
     if (at_trouble) at_trouble(sentence);
@@ -82,6 +83,7 @@ struct RecordingObserver final : daemon::CampaignObserver {
   std::function<void()> at_pause;
   std::function<void(daemon::CellDevice, const std::string&)> at_waiting;
   daemon::CampaignProgress last;
+  std::vector<daemon::StoredPoint> given_up;  ///< points of poses that were skipped
   std::function<void(const daemon::StoredPoint&)> at_point;
 };
 

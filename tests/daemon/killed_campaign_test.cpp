@@ -27,7 +27,9 @@ struct TellingObserver final : CampaignObserver {
   }
   void on_progress(const CampaignProgress&) override {}
   void on_point(const StoredPoint& point, double, const CampaignProgress&) override { tell(point.pose); }
-  void on_skipped(const SkippedPose& skipped, const CampaignProgress&) override { tell(skipped.pose); }
+  void on_skipped(const StoredPoint& wanted, const std::string&, const CampaignProgress&) override {
+    tell(wanted.pose);
+  }
   void on_trouble(const std::string&) override {}
   void on_paused(const std::string&) override {}
   int pipe;

@@ -1,6 +1,7 @@
 // Campaigns with several reflectors on one flange.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <set>
@@ -95,6 +96,30 @@ TEST_F(ReflectorsCampaignTest, TellsWhichReflectorWasNotMeasuredAndKeepsThePose)
     ++told;
   }
   EXPECT_GT(told, 0);
+}
+
+TEST_F(ReflectorsCampaignTest, TellsOfAPoseThatItGivesUpWhichReflectorsItLookedFor) {
+  config.campaign.remeasure = false;
+  config.campaign.retries = config.campaign.pause_after_lost = 0;
+  observer.at_point = [this](const StoredPoint&) { cell->use_faults({.no_target = 0.6}); };
+  start();
+  ASSERT_TRUE(go_on());
+  std::map<std::string, int> times;
+  for (const StoredPoint& wanted : observer.given_up) {
+    ++times[wanted.smr];
+    const PlannedPose& pose = *std::ranges::find(journal.plan.poses, wanted.pose, &PlannedPose::pose);
+    const Eigen::Isometry3d X_WF = truth.truth.X_WB * forward_kinematics(truth.truth.robot, pose.q_commanded);
+    const std::string names = ", " + wanted.smr + ",";
+    for (const config::ReflectorConfig& each : config::reflectors_of(config)) {
+      if (names.find(" " + each.name + ",") == std::string::npos) continue;
+      const Eigen::Vector3d to_tracker = -(X_WF * each.p_FS_mm).normalized();
+      const double off_deg =
+          std::acos(to_tracker.dot(X_WF.linear() * each.facing_F.normalized())) * kDegPerRad;
+      EXPECT_LT(off_deg, each.acceptance_deg + 4) << "pose " << wanted.pose << ", " << each.name;
+    }
+  }
+  EXPECT_THAT(times, testing::Contains(testing::Key("c"))) << "the first was not in sight";
+  EXPECT_THAT(times, testing::Contains(testing::Key(testing::StartsWith("a, ")))) << "several were";
 }
 
 TEST_F(ReflectorsCampaignTest, LeavesOutAReflectorThatWasSeenAtNoPoseToIdentifyFrom) {

@@ -48,6 +48,21 @@ TEST_F(ARestartedStream, GoesOnFromTheCorrectionThatTheProcessBeforeItLeft) {
   EXPECT_TRUE(rig.applied.isZero(0));
 }
 
+TEST_F(ARestartedStream, CountsNoReplyToWhatTheProcessBeforeItAnswered) {
+  StreamRig rig;
+  restart(rig, memory_.get());
+  correct(rig);
+  const std::string answered = rig.datagram();
+  ASSERT_NE(rig.send(answered), "") << "by the process before";
+  memory_ = StreamMemory::open(file_).value();
+  restart(rig, memory_.get());
+  EXPECT_EQ(rig.send(answered), "");
+  EXPECT_EQ(rig.status().counters.replies(), 0u);
+  EXPECT_EQ(rig.status().counters.wrong_ipoc, 1u);
+  rig.tick();
+  EXPECT_EQ(rig.status().counters.replies(), 1u);
+}
+
 TEST_F(ARestartedStream, AdoptsWhatIsInForceWhereNothingWasLeftAndTheArmStands) {
   StreamRig rig;
   correct(rig);

@@ -122,7 +122,7 @@ std::vector<Operation> operations() {
       {"another point", [](Store& s) { return s.add_point("c1", point(2)); }},
       {"add_skipped",
        [](Store& s) {
-         return s.add_skipped("c1", {3, "no beam", 2});
+         return s.add_skipped("c1", {3, 2, "no beam"});
        }},
       {"keep_events", [](Store& s) { return s.keep_events(batch(1, 300)); }},
       {"end_campaign", [=](Store& s) { return s.end_campaign(ended, made); }},

@@ -76,7 +76,7 @@ TEST_F(StoreJournalTest, KeepsACampaignWithItsPointsSkippedPosesDocumentAndActiv
   ASSERT_TRUE(finish(kept.begin(0)));
   ASSERT_TRUE(finish(kept.know({{"#KR210R2700_2", "S1", "KSS"}, {"AT901", "T1", "1"}})));
   ASSERT_TRUE(finish(kept.add_point(example_point(0))));
-  ASSERT_TRUE(finish(kept.add_skipped({1, "no reflector found", 3})));
+  ASSERT_TRUE(finish(kept.add_skipped({1, 3, "no reflector found"})));
   const auto ended = finish(kept.end(example_result(true), std::nullopt));
   ASSERT_TRUE(ended) << ended.error().detail;
   EXPECT_TRUE(kept.activated());

@@ -21,7 +21,7 @@ TEST_F(StoreTest, GivesPointsAndSkippedPosesBackToTheLastBitAfterReopening) {
     Store store = open();
     ASSERT_TRUE(store.begin_campaign(campaign("c1")));
     for (int pose = 0; pose < 5; ++pose) ASSERT_TRUE(store.add_point("c1", point(pose)));
-    ASSERT_TRUE(store.add_skipped("c1", {.pose = 7, .reason = "no reflector; it's hidden", .attempts = 3}));
+    ASSERT_TRUE(store.add_skipped("c1", {.pose = 7, .attempts = 3, .reason = "no reflector; it's hidden"}));
   }
   Store store = open();
   const auto points = store.points("c1");
@@ -218,7 +218,7 @@ TEST_F(StoreTest, LetsAnInterruptedCampaignGoOnAndKeepsWhatWasFound) {
     face1.purpose = PointPurpose::Face1;
     for (const StoredPoint& p : {point(1), point(2), nest, check, face1})
       ASSERT_TRUE(store.add_point("c1", p));
-    ASSERT_TRUE(store.add_skipped("c1", {.pose = 6, .reason = "hidden", .attempts = 3}));
+    ASSERT_TRUE(store.add_skipped("c1", {.pose = 6, .attempts = 3, .reason = "hidden"}));
     ASSERT_TRUE(store.plans().add_planned("c1", {}, 40));
     EXPECT_FALSE(store.plans().resume("c1")) << "it still runs";
     ASSERT_TRUE(store.plans().interrupt_running("2026-08-17T11:00:00Z"));

@@ -134,7 +134,7 @@ void StreamCell::start_daemon() {
   options.now = []() noexcept { return daemon_time; };
   cycle_ = StreamCycle::create(nominal_arm(), config_, options, memory_.get()).value();
   cycle_->use_model(arm_, 1);
-  given_ = foreign_given_ = 0;
+  given_ = foreign_given_ = replied_ = 0;
   heard_before_ = engaged_since_heard_ = disarmed_ = false;
   if (drives_) engage_or_arm();
 }
@@ -320,6 +320,7 @@ void StreamCell::answer(const OnTheWay& datagram) {
            "the stream corrects after a silence though nobody started it anew");
   }
   if (reply.empty()) return;
+  ++replied_;
   if (told_) told_(reply);
   expect(!other_address, "a foreign datagram is answered");
   const auto decoded = codec_.decode(reply);
@@ -360,6 +361,7 @@ void StreamCell::check() {
   expect(c.datagrams == c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unproven + c.unanswered,
          "a datagram is in no counter, or in two");
   expect(c.datagrams + c.foreign == given_, "a datagram is neither the controller's nor foreign, or both");
+  expect(c.replies() == replied_, "a reply is in no counter, or a counter has one that was not given");
   expect(c.foreign >= foreign_given_, "a foreign datagram is taken for the controller's");
   expect(status.max_step_deg <= kMaxStep_deg + kGrid_deg,
          "the stream itself tells of a step above the bound");

@@ -153,6 +153,7 @@ class StreamCell {
   std::optional<test::Plant::Sent> before_;
   std::uint64_t given_ = 0;          // datagrams to this daemon
   std::uint64_t foreign_given_ = 0;  // of these, from another address
+  std::uint64_t replied_ = 0;        // by this daemon
   bool heard_before_ = false;        // a good frame, by this daemon
   bool engaged_since_heard_ = false;
   bool disarmed_ = false;

@@ -82,6 +82,13 @@ TEST_F(TargetsTest, FindsTheJointsAtWhichTheRealArmStandsAtItsTargets) {
   EXPECT_LE(error.mean, 0.030) << "of which the arm's repeatability alone is 0.0265";
 }
 
+TEST_F(TargetsTest, APointOfFourReadingsScattersHalfAsMuchAsOne) {
+  drive({.targets = targets, .readings = 4});
+  ASSERT_FALSE(journal.points.empty());
+  for (const StoredPoint& point : journal.points)
+    EXPECT_NEAR(point.std_mm.x(), truth.noise.range_mm / 2, 1e-9) << "target " << point.pose;
+}
+
 TEST_F(TargetsTest, StoresEveryRoundAsAPointOfItsOwn) {
   const TargetsResult& result = drive({.targets = {targets[0], targets[1]}, .readings = 1});
   const std::size_t rounds = result.targets[0].errors_mm.size() + result.targets[1].errors_mm.size();

@@ -97,6 +97,27 @@ TEST_F(ToolServiceTest, TheToolInForceIsTheOneThatWasTakenIntoUse) {
   });
 }
 
+TEST_F(ToolServiceTest, NothingIsCorrectedWhileAToolInUseIsOfAnotherArm) {
+  ASSERT_TRUE(call("tool.activate", {{"id", measure()}}));
+  execute("UPDATE campaign SET robot_serial='MOCK-0002' WHERE kind='tool'");
+  ASSERT_TRUE(finish(cell.load_tools())) << "as a daemon does that starts";
+  const std::string other = "tool 3 belongs to arm MOCK-0002, not to MOCK-0001";
+  for (const char* method : {"stream.start", "stream.arm"})
+    EXPECT_EQ(refused(method), other + "; allowed: tool.activate, tool.deactivate");
+  EXPECT_THAT(refused("campaign.start",
+                      {{"kind", "base"}, {"number", 5}, {"touch", 3}, {"points", {"origin", "x", "xy"}}}),
+              HasSubstr(other));
+  ASSERT_TRUE(call("tool.deactivate", {{"number", 3}}));
+  EXPECT_TRUE(call("stream.arm"));
+}
+
+TEST_F(ToolServiceTest, AToolInUseOfWhichNobodyKnowsTheArmIsCorrected) {
+  ASSERT_TRUE(call("tool.activate", {{"id", measure()}}));
+  execute("UPDATE campaign SET robot_serial='' WHERE kind='tool'");
+  ASSERT_TRUE(finish(cell.load_tools()));
+  EXPECT_TRUE(call("stream.arm"));
+}
+
 TEST_F(ToolServiceTest, RefusesWhatMeasuredNoTool) {
   EXPECT_THAT(refused("tool.activate", {{"id", "c1"}}), HasSubstr("measured no tool"));
   EXPECT_EQ(refused("tool.activate", {{"id", "none"}}), "no such campaign");

@@ -160,6 +160,18 @@ TEST_F(TrackerCampaignTest, BothFacesTakeTheTrackersErrorsOfAimOutOfTheModel) {
   EXPECT_GT(disturbed_mm, 1.1 * undisturbed_mm);
 }
 
+TEST_F(TrackerCampaignTest, APointInBothFacesScattersAsTheirMeanDoesAndFace1AsItDid) {
+  config.tracker.nests_mm.clear();
+  config.campaign.two_face_every = 2;
+  const double one_mm = truth.noise.range_mm;  // what the tracker says of each reading
+  const CampaignResult& result = run();
+  for (const StoredPoint& point : result.points) {
+    const bool is_mean = point.purpose != PointPurpose::Face1 && point.pose % 2 == 0;
+    EXPECT_NEAR(point.std_mm.x(), is_mean ? one_mm * std::sqrt(0.5) : one_mm, 1e-9) << "pose " << point.pose;
+  }
+  EXPECT_THAT(points_for(result, PointPurpose::Face1), testing::Not(testing::IsEmpty()));
+}
+
 TEST_F(TrackerCampaignTest, OneFaceIsPutRightByTheOtherOfEveryFifthPose) {
   config.tracker.nests_mm.clear();
   const double undisturbed_mm = over_cells_mm();

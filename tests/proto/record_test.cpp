@@ -45,7 +45,7 @@ inline constexpr int kMembers<Extent> = 2;
 template <>
 inline constexpr int kMembers<Conditions> = 7;
 template <>
-inline constexpr int kMembers<Skipped> = 3;
+inline constexpr int kMembers<SkippedPose> = 3;
 template <>
 inline constexpr int kMembers<Interruption> = 3;
 template <>

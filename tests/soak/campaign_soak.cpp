@@ -269,7 +269,8 @@ struct Soak::Observer final : daemon::CampaignObserver {
   void on_point(const daemon::StoredPoint&, double, const daemon::CampaignProgress& progress) override {
     check(progress);
   }
-  void on_skipped(const daemon::SkippedPose&, const daemon::CampaignProgress& progress) override {
+  void on_skipped(const daemon::StoredPoint&, const std::string&,
+                  const daemon::CampaignProgress& progress) override {
     check(progress);
   }
   void on_trouble(const std::string& sentence) override {

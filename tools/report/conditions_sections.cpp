@@ -79,7 +79,7 @@ Facts measurement_facts(const ReportDocument& document) {
   return facts;
 }
 
-Facts skipped_facts(const std::vector<record::Skipped>& skipped) {
+Facts skipped_facts(const std::vector<record::SkippedPose>& skipped) {
   Facts facts;
   for (const auto& [pose, attempts, reason] : skipped) {
     facts.emplace_back(

@@ -8,6 +8,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <chrono>
 #include <utility>
 
 #include "proto/control/line_splitter.hpp"
@@ -39,6 +40,7 @@ asio::awaitable<void> serve(tcp::socket socket, std::shared_ptr<const LinePort::
 
 LinePort::LinePort(const asio::any_io_executor& executor, std::uint16_t port, Answer answer)
     : acceptor_{executor, {asio::ip::address_v4::loopback(), port}},
+      again_{executor},
       answer_{std::make_shared<const Answer>(std::move(answer))} {
   accept();
 }
@@ -46,8 +48,17 @@ LinePort::LinePort(const asio::any_io_executor& executor, std::uint16_t port, An
 void LinePort::accept() {
   acceptor_.async_accept([this](boost::system::error_code error, tcp::socket socket) {
     if (error == asio::error::operation_aborted) return;
-    if (!error) asio::co_spawn(acceptor_.get_executor(), serve(std::move(socket), answer_), asio::detached);
+    if (error) return accept_later();
+    asio::co_spawn(acceptor_.get_executor(), serve(std::move(socket), answer_), asio::detached);
     accept();
+  });
+}
+
+/// Out of file descriptors, mostly: trying again at once would only burn the processor.
+void LinePort::accept_later() {
+  again_.expires_after(std::chrono::milliseconds{100});
+  again_.async_wait([this](boost::system::error_code stopped) {
+    if (!stopped) accept();
   });
 }
 

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+
+#include "proto/record/layout.hpp"
+
+/// What befell a campaign beside its points, as documents and answers say it.
+namespace truepose::record {
+
+/// A pose that was planned and has no point.
+struct SkippedPose {
+  int pose = 0;  ///< its number in the campaign, from 1
+  int attempts = 0;
+  std::string reason;
+};
+void layout(auto& io, Is<SkippedPose> auto& x) {
+  io("pose", x.pose, kNumber);
+  io("attempts", x.attempts, kCount);
+  io("reason", x.reason);
+}
+
+/// After which the campaign went on.
+struct Interruption {
+  std::string interrupted, resumed;  ///< RFC 3339
+  std::string found;                 ///< what had become of the cell meanwhile, in words
+};
+void layout(auto& io, Is<Interruption> auto& x) {
+  io("interrupted", x.interrupted);
+  io("resumed", x.resumed);
+  io("found", x.found);
+}
+
+}  // namespace truepose::record
