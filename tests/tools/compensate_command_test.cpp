@@ -16,9 +16,9 @@
 #include "core/identify/uncertainty.hpp"
 #include "core/math/angles.hpp"
 #include "core/simulate/published_arm.hpp"
+#include "tests/daemon/page.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tests/tools/page.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {

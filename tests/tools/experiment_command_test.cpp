@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/report/report.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tools/report/report.hpp"
 
 namespace truepose {
 namespace {

@@ -18,11 +18,11 @@
 #include "config/robot_file.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/simulate/measurement_campaign.hpp"
+#include "tests/daemon/page.hpp"
 #include "tests/process.hpp"
 #include "tests/report_schema.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/browser.hpp"
-#include "tests/tools/page.hpp"
 #include "tests/tools/unmarked.hpp"
 
 namespace truepose {

@@ -15,8 +15,8 @@
 #include "core/identify/positioner.hpp"
 #include "core/identify/tool_frame.hpp"
 #include "core/identify/uncertainty.hpp"
+#include "daemon/report/report.hpp"
 #include "proto/record/arm_document.hpp"
-#include "tools/report/report.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 
 namespace truepose::tools {
