@@ -7,7 +7,6 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
-#include <boost/json/serialize.hpp>
 #include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
 #include <chrono>
@@ -27,6 +26,7 @@
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
@@ -39,6 +39,7 @@ namespace {
 namespace asio = boost::asio;
 namespace json = boost::json;
 namespace config = truepose::config;
+namespace control = truepose::control;
 namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
 namespace steering = truepose::steering;
@@ -195,14 +196,14 @@ json::object rsi_json(const sim::RsiStatistics& statistics) {
 
 /// The injected truth, mm and rad: {"base": {x,y,z,rx,ry,rz}, "smr": {x,y,z}, "links":
 /// [{a,alpha,d,theta,beta}...]}.
-std::string truth_json(const config::Scenario& scenario) { return json::serialize(truth(scenario)); }
+std::string truth_json(const config::Scenario& scenario) { return control::json_text(truth(scenario)); }
 
 /// What the cell did, with the truth: {"rsi": {...}, "moves", "measurements", "truth": {...}}.
 std::string statistics_json(const sim::CellStatistics& statistics, const config::Scenario& scenario) {
-  return json::serialize(json::object{{"rsi", rsi_json(statistics.rsi)},
-                                      {"moves", statistics.moves},
-                                      {"measurements", statistics.measurements},
-                                      {"truth", truth(scenario)}});
+  return control::json_text(json::object{{"rsi", rsi_json(statistics.rsi)},
+                                         {"moves", statistics.moves},
+                                         {"measurements", statistics.measurements},
+                                         {"truth", truth(scenario)}});
 }
 
 std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
@@ -212,16 +213,16 @@ std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
                      {by_bridge ? "bridge_port" : "tracker_port", ports.tracker},
                      {"pid", getpid()}};
   if (admin) ready["admin_port"] = admin->port();
-  return json::serialize(ready);
+  return control::json_text(ready);
 }
 
-std::string refusal(const std::string& why) { return json::serialize(json::object{{"error", why}}); }
+std::string refusal(const std::string& why) { return control::json_text(json::object{{"error", why}}); }
 
 std::string program_json(const sim::Controller::Program& program) {
   static constexpr std::array kStates{"free", "reset", "active", "stopped", "ended"};
-  return json::serialize(json::object{{"program", program.name},
-                                      {"state", kStates.at(static_cast<std::size_t>(program.state))},
-                                      {"line", program.line}});
+  return control::json_text(json::object{{"program", program.name},
+                                         {"state", kStates.at(static_cast<std::size_t>(program.state))},
+                                         {"line", program.line}});
 }
 
 /// What a line of the admin port comes to.
@@ -239,17 +240,17 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
   if (const json::value* place = members->if_contains("put_reflector")) {
     cell.put_reflector({place->at("x").to_number<double>(), place->at("y").to_number<double>(),
                         place->at("z").to_number<double>()});
-    return json::serialize(json::object{{"ok", true}});
+    return control::json_text(json::object{{"ok", true}});
   }
   if (const json::value* axes = members->if_contains("jog")) {
     const auto q_deg = json::value_to<std::vector<double>>(*axes);
     if (std::ssize(q_deg) != scenario.nominal.joint_count())
       return refusal("jog: expected an angle for each axis");
     cell.jog(truepose::joints_from(q_deg, scenario.nominal));
-    return json::serialize(json::object{{"ok", true}});
+    return control::json_text(json::object{{"ok", true}});
   }
   cell.begin(config::parse_fault(line));
-  return json::serialize(json::object{{"ok", true}});
+  return control::json_text(json::object{{"ok", true}});
 } catch (const std::exception& e) {
   return refusal(e.what());
 }

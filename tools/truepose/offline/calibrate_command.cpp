@@ -280,7 +280,7 @@ int run_calibrate(const CalibrateCommand& command) {
     config::write_text_file(command.report_file, report::render_html(outcome.document));
   }
   if (command.as_json) {
-    std::cout << outcome.document << '\n';
+    std::cout << control::json_text(outcome.document) << '\n';
   } else {
     print_summary(command, robot, outcome);
   }

@@ -16,6 +16,7 @@
 #include "core/identify/tool_frame.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "daemon/report/report.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 
@@ -383,7 +384,7 @@ class Output {
     if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
     if (tells_sigma_ && !options_.base.empty() && !tells_base_) note(kBaseGiven);
-    if (options_.as_json) std::cout << document_ << '\n';
+    if (options_.as_json) std::cout << control::json_text(document_) << '\n';
     flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {
       if (*file) (*file)->close();
