@@ -22,6 +22,7 @@
 
 #include "config/ethernet_file.hpp"
 #include "config/number_text.hpp"
+#include "config/program_options.hpp"
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
@@ -32,7 +33,6 @@
 #include "tools/sim/simulated_cell.hpp"
 #include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
-#include "tools/steering/options.hpp"
 
 namespace {
 
@@ -43,7 +43,7 @@ namespace control = truepose::control;
 namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
 namespace steering = truepose::steering;
-using steering::UsageError, steering::number_of;
+using config::UsageError, config::number_of;
 
 constexpr const char* kHelp =
     R"(A simulated robot cell: a KUKA controller (EKI, RSI) and a laser tracker (emScon) over real sockets.
@@ -86,7 +86,7 @@ std::uint16_t port_of(const char* option) {
   return number_of<std::uint16_t>(option, "a port of 0..65535", 0, 65535);
 }
 
-using Known = steering::Known<Options>;
+using Known = config::ProgramOption<Options>;
 
 constexpr std::array kKnown{
     Known{"scenario", [](Options& o) { o.scenario = optarg; }},
@@ -108,9 +108,9 @@ constexpr std::array kKnown{
 
 /// @return none where help was asked for, and is printed. Throws UsageError
 std::optional<Options> options_of(int argc, char** argv) {
-  auto options = steering::read_options<Options>(argc, argv, kKnown, kHelp);
+  auto options = config::read_options<Options>(argc, argv, kKnown, kHelp);
   if (options && options->scenario.empty())
-    throw UsageError{std::string{"--scenario is required"} + steering::kSeeHelp};
+    throw UsageError{std::string{"--scenario is required"} + config::kSeeHelp};
   return options;
 }
 

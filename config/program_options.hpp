@@ -14,7 +14,7 @@
 
 #include "config/number_text.hpp"
 
-namespace truepose::steering {
+namespace truepose::config {
 
 /// One line for the operator, exit code 2.
 struct UsageError : std::runtime_error {
@@ -23,9 +23,9 @@ struct UsageError : std::runtime_error {
 
 inline constexpr const char* kSeeHelp = "; --help shows the options";
 
-/// An option, and what it does with its value, which is in optarg.
+/// An option of a program that has no commands, and what it does with its value, which is in optarg.
 template <typename Options>
-struct Known {
+struct ProgramOption {
   const char* name;
   void (*take)(Options& options);
   int argument = required_argument;
@@ -40,14 +40,15 @@ Number number_of(const char* option, const char* expected = "a whole number",
   Number number{};
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (fault != std::errc{} || end != text.data() + text.size() || !(number >= least && number <= most))
-    throw UsageError{std::string{option} + ": expected " + expected + ", found " + config::in_quotes(text) +
+    throw UsageError{std::string{option} + ": expected " + expected + ", found " + in_quotes(text) +
                      kSeeHelp};
   return number;
 }
 
 /// @return none where help was asked for, and is printed. Throws UsageError
 template <typename Options, std::size_t count>
-std::optional<Options> read_options(int argc, char** argv, const std::array<Known<Options>, count>& known,
+std::optional<Options> read_options(int argc, char** argv,
+                                    const std::array<ProgramOption<Options>, count>& known,
                                     const char* help) {
   std::array<option, count + 2> names{};  // the last one ends the list
   for (std::size_t i = 0; i < count; ++i)
@@ -69,4 +70,4 @@ std::optional<Options> read_options(int argc, char** argv, const std::array<Know
   return options;
 }
 
-}  // namespace truepose::steering
+}  // namespace truepose::config
