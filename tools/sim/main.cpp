@@ -18,6 +18,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/ethernet_file.hpp"
@@ -28,6 +29,7 @@
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/eki/messages.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
@@ -40,6 +42,7 @@ namespace asio = boost::asio;
 namespace json = boost::json;
 namespace config = truepose::config;
 namespace control = truepose::control;
+namespace eki = truepose::eki;
 namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
 namespace steering = truepose::steering;
@@ -218,11 +221,27 @@ std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
 
 std::string refusal(const std::string& why) { return control::json_text(json::object{{"error", why}}); }
 
+/// As truepose calls it.
+std::string_view name_of(sim::krl::ProgramState state) {
+  using enum sim::krl::ProgramState;
+  switch (state) {
+    case Free:
+      return eki::name(eki::ProgramState::Free);
+    case Reset:
+      return eki::name(eki::ProgramState::Reset);
+    case Active:
+      return eki::name(eki::ProgramState::Active);
+    case Stopped:
+      return eki::name(eki::ProgramState::Stopped);
+    case Ended:
+      return eki::name(eki::ProgramState::Ended);
+  }
+  return "";
+}
+
 std::string program_json(const sim::Controller::Program& program) {
-  static constexpr std::array kStates{"free", "reset", "active", "stopped", "ended"};
-  return control::json_text(json::object{{"program", program.name},
-                                         {"state", kStates.at(static_cast<std::size_t>(program.state))},
-                                         {"line", program.line}});
+  return control::json_text(
+      json::object{{"program", program.name}, {"state", name_of(program.state)}, {"line", program.line}});
 }
 
 /// What a line of the admin port comes to.
