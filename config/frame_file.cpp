@@ -36,6 +36,7 @@ void layout(auto& io, Is<BaseFile> auto& x) {
 namespace {
 
 constexpr std::size_t kMostPoints = 100;
+const std::vector<std::string> kPointColumns{"x", "y", "z", "point", "px", "py", "pz"};
 
 /// Three columns that are there together or not at all.
 class VectorColumns {
@@ -89,11 +90,22 @@ double rounded(double value, double digits) { return std::round(value * digits) 
 
 }  // namespace
 
+std::vector<PlannedPoint> load_points(const std::filesystem::path& file) {
+  const CsvTable table = CsvTable::read(file);
+  table.expect_only(kPointColumns);
+  const std::size_t name = table.column("point");
+  const VectorColumns at(table, ""), known(table, "p");
+  std::vector<PlannedPoint> points;
+  for (std::size_t row = 0; row < table.row_count(); ++row)
+    points.push_back({std::string{table.text(row, name)}, at.at(row), known.at(row)});
+  return points;
+}
+
 FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm) {
   const CsvTable table = CsvTable::read(file);
   const std::vector<std::string> joints = joint_column_names("q", robot);
   std::vector<std::string> columns = joints;
-  columns.insert(columns.end(), {"x", "y", "z", "point", "px", "py", "pz"});
+  columns.insert(columns.end(), kPointColumns.begin(), kPointColumns.end());
   table.expect_only(columns);
   const VectorColumns seen(table, ""), known(table, "p");
   FrameReadings data;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <ostream>
 #include <string>
+#include <vector>
 
 #include "core/identify/tool_frame.hpp"
 
@@ -30,6 +31,17 @@ struct BaseFile {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   std::optional<PoseCovariance> covariance;  ///< none in files of version 0.1.0 and before
 };
+
+/// A point of a tool or a fixture that is to be measured.
+struct PlannedPoint {
+  std::string name;
+  std::optional<Eigen::Vector3d> at_mm;     ///< where it is, roughly
+  std::optional<Eigen::Vector3d> known_mm;  ///< its coordinates in the frame
+};
+
+/// Reads points to measure (CSV: point; x,y,z and px,py,pz where they are told). Either all have coordinates
+/// of a kind, or none. Throws ConfigError.
+std::vector<PlannedPoint> load_points(const std::filesystem::path& file);
 
 /// Reads what was measured (CSV: q1..qN in deg or mm; x,y,z in mm where the tracker read the point; point:
 /// its name, "origin" without it; px,py,pz in mm where its coordinates in the frame are known). Throws

@@ -24,10 +24,14 @@ std::string joint_field(double q, const Joint& joint) {
   return format_number(value);
 }
 
-std::vector<std::string> joint_column_names(std::string_view prefix, const RobotModel& robot) {
+std::vector<std::string> joint_column_names(std::string_view prefix, std::size_t count) {
   std::vector<std::string> names;
-  for (int i = 1; i <= robot.joint_count(); ++i) names.push_back(std::string(prefix) + std::to_string(i));
+  for (std::size_t i = 1; i <= count; ++i) names.push_back(std::string(prefix) + std::to_string(i));
   return names;
+}
+
+std::vector<std::string> joint_column_names(std::string_view prefix, const RobotModel& robot) {
+  return joint_column_names(prefix, robot.joints.size());
 }
 
 namespace {

@@ -16,6 +16,7 @@ namespace truepose::config {
 std::string joint_field(double q, const Joint& joint);
 
 /// "q1".."qN" for the prefix "q".
+std::vector<std::string> joint_column_names(std::string_view prefix, std::size_t count);
 std::vector<std::string> joint_column_names(std::string_view prefix, const RobotModel& robot);
 
 /// What a file of joint positions may tell beside them: how well each reaches its target.

@@ -1,4 +1,3 @@
-#include <getopt.h>
 #include <signal.h>
 
 #include <array>
@@ -6,11 +5,11 @@
 #include <exception>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "config/cell_config.hpp"
+#include "config/program_options.hpp"
 #include "daemon/check.hpp"
 #include "daemon/daemon.hpp"
 #include "daemon/device_probe.hpp"
@@ -18,6 +17,8 @@
 
 namespace {
 
+namespace config = truepose::config;
+using config::UsageError;
 using truepose::daemon::CheckFinding;
 
 constexpr int kFailed = 1;
@@ -82,50 +83,31 @@ int print_all(const std::vector<CheckFinding>& findings) {
   return failure ? exit_code(*failure) : 0;
 }
 
-struct UsageError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 struct Arguments {
   std::filesystem::path file;
   bool check_only = false;
   bool probe = false;
+  bool version = false;
 };
+
+using Known = config::ProgramOption<Arguments>;
+
+constexpr std::array kKnown{Known{"config", [](Arguments& a) { a.file = optarg; }},
+                            Known{"check", [](Arguments& a) { a.check_only = true; }, no_argument},
+                            Known{"probe", [](Arguments& a) { a.probe = true; }, no_argument},
+                            Known{"version", [](Arguments& a) { a.version = true; }, no_argument}};
 
 /// @return none where a text was asked for, and is printed. Throws UsageError
 std::optional<Arguments> read_arguments(int argc, char** argv) {
-  const std::array options{
-      option{"config", required_argument, nullptr, 'c'}, option{"check", no_argument, nullptr, 'k'},
-      option{"probe", no_argument, nullptr, 'p'},        option{"version", no_argument, nullptr, 'v'},
-      option{"help", no_argument, nullptr, 'h'},         option{}};
-  Arguments arguments;
-  opterr = 0;
-  for (int found; (found = getopt_long(argc, argv, ":h", options.data(), nullptr)) != -1;) {
-    switch (found) {
-      case 'c':
-        arguments.file = optarg;
-        break;
-      case 'k':
-        arguments.check_only = true;
-        break;
-      case 'p':
-        arguments.probe = true;
-        break;
-      case 'v':
-        std::puts("trueposed " TRUEPOSE_VERSION);
-        return std::nullopt;
-      case 'h':
-        std::fputs(kHelp, stdout);
-        return std::nullopt;
-      case ':':
-        throw UsageError{std::string{argv[optind - 1]} + " needs a value"};
-      default:
-        throw UsageError{std::string{argv[optind - 1]} + " is no option"};
-    }
+  auto arguments = config::read_options<Arguments>(argc, argv, kKnown, kHelp);
+  if (!arguments) return std::nullopt;
+  if (arguments->version) {
+    std::puts("trueposed " TRUEPOSE_VERSION);
+    return std::nullopt;
   }
-  if (optind < argc) throw UsageError{std::string{argv[optind]} + " belongs to no option"};
-  if (arguments.file.empty()) throw UsageError{"--config is required"};
-  if (arguments.probe && !arguments.check_only) throw UsageError{"--probe needs --check"};
+  if (arguments->file.empty()) throw UsageError{std::string{"--config is required"} + config::kSeeHelp};
+  if (arguments->probe && !arguments->check_only)
+    throw UsageError{std::string{"--probe needs --check"} + config::kSeeHelp};
   return arguments;
 }
 
@@ -142,7 +124,7 @@ int main(int argc, char** argv) try {
   const auto arguments = read_arguments(argc, argv);
   if (!arguments) return 0;
   const std::filesystem::path& file = arguments->file;
-  const truepose::config::CellConfig config = truepose::config::load_cell(file);
+  const config::CellConfig config = config::load_cell(file);
   const std::vector<CheckFinding> findings = truepose::daemon::check(config);
   if (arguments->check_only) {
     if (const int failed = print_all(findings)) return failed;
@@ -161,8 +143,8 @@ int main(int argc, char** argv) try {
   truepose::daemon::close_log();
   return 0;
 } catch (const UsageError& error) {
-  return end((std::string{error.what()} + " (see trueposed --help)").c_str(), kBadInput);
-} catch (const truepose::config::ConfigError& error) {
+  return end(error.what(), kBadInput);
+} catch (const config::ConfigError& error) {
   return end(error.what(), kBadInput);
 } catch (const truepose::daemon::StartError& error) {
   return end(error.what(), error.may_pass() ? kNotThereYet : kBadInput);

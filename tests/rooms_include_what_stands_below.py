@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Fails where a file includes one of a folder that its own does not stand on, and where a folder claims to stand on one
-that it does not use.
+"""Fails where a file includes one of a folder that its own does not stand on, where a folder claims to stand on one that
+it does not use, and where a file beside the rooms is in none.
 
     rooms_include_what_stands_below.py ROOT room=room,room...
 
@@ -26,12 +26,15 @@ def room_of(path):
     return next((folder for folder in folders(path) if folder in below), None)
 
 
+houses = {pathlib.PurePath(room).parts[0] for room in below}
 wrong = []
 used = {room: set() for room in below}
 for file in sorted(root.glob("*/**/*.[ch]pp")):
     name = str(file.relative_to(root))
     room = room_of(name)
     if room is None:
+        if pathlib.PurePath(name).parts[0] in houses:
+            wrong.append(f"{name}: no room")
         continue
     for number, line in enumerate(file.read_text().splitlines(), 1):
         include = re.match(r'\s*#\s*include\s*"(.*)"', line)

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "daemon/cell/campaign_archive.hpp"
+#include "daemon/report/report.hpp"
 #include "proto/control/json_text.hpp"
-#include "tools/report/report.hpp"
 
 namespace truepose::daemon {
 

@@ -4,7 +4,6 @@
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
 #include <boost/json/value_from.hpp>
-#include <cstdio>
 
 #include "config/number_text.hpp"
 #include "core/formatted.hpp"
@@ -16,9 +15,7 @@ namespace json = boost::json;
 namespace {
 
 std::string seconds_text(drivers::Duration time) {
-  std::array<char, 32> seconds;
-  std::snprintf(seconds.data(), seconds.size(), "%.1f s", std::chrono::duration<double>(time).count());
-  return seconds.data();
+  return formatted("%.1f s", std::chrono::duration<double>(time).count());
 }
 
 json::value text_json(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }

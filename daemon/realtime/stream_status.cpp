@@ -1,20 +1,14 @@
 #include "daemon/realtime/stream_status.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
+
+#include "core/formatted.hpp"
 
 namespace truepose::daemon {
 
 namespace {
 
-std::string number(const char* format, double value) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
-std::string deg(double value) { return number("%.3f", value) + " deg"; }
+std::string deg(double value) { return formatted("%.3f deg", value); }
 
 std::string axis(const FaultDetail& detail) { return "A" + std::to_string(detail.axis); }
 
@@ -31,8 +25,8 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
       return "";
     case StreamFault::NotFollowing:
       return "the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
-             " and AIPos - ASPos shows " + number("%.2f", detail.value) + " +- " +
-             number("%.2f", detail.uncertain) + " deg" +
+             " and AIPos - ASPos shows " + formatted("%.2f", detail.value) + " +- " +
+             formatted("%.2f", detail.uncertain) + " deg" +
              "; the robot program is stopped or not at RSI_MOVECORR, or the ethernet configuration on the "
              "controller has another name for the correction than the one that truepose reads "
              "(stream.ethernet_xml), or the RSI context does not lead it to AXISCORR: put that right, then "
@@ -49,8 +43,8 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
              "has another SENTYPE or other names than the one that truepose reads (stream.ethernet_xml): "
              "load that one there, then acknowledge";
     case StreamFault::WrongCycle:
-      return "the controller's IPOC rises by " + number("%.0f", detail.value) +
-             " from packet to packet, but stream.cycle_ms is " + number("%.0f", detail.limit) +
+      return "the controller's IPOC rises by " + formatted("%.0f", detail.value) +
+             " from packet to packet, but stream.cycle_ms is " + formatted("%.0f", detail.limit) +
              ": set stream.cycle_ms to the cycle in which the program starts RSI (4 for #IPO_FAST, 12 for "
              "#IPO) and restart trueposed, or start RSI in the other, then acknowledge";
     case StreamFault::NotSent: {
@@ -62,9 +56,9 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
              element + ": load that one there, then acknowledge";
     }
     case StreamFault::WrongArm:
-      return "the controller's pose RIst is " + number("%.1f", detail.value) +
+      return "the controller's pose RIst is " + formatted("%.1f", detail.value) +
              " mm from where the robot file's arm has its flange at AIPos (allowed " +
-             number("%.1f", detail.limit) +
+             formatted("%.1f", detail.limit) +
              "): it is another arm, or the program has a tool or a base: correct robot.file, or start RSI "
              "with tool 0 and base 0 (BAS(#TOOL,0) and BAS(#BASE,0) before RSI_ON), then acknowledge";
   }
@@ -75,11 +69,7 @@ std::string counted(std::uint64_t count, const std::string& singular, const std:
   return std::to_string(count) + ' ' + (count == 1 ? singular : plural);
 }
 
-std::string degrees(std::uint64_t microdegrees) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.3f deg", static_cast<double>(microdegrees) * 1e-6);
-  return text.data();
-}
+std::string degrees(std::uint64_t microdegrees) { return deg(static_cast<double>(microdegrees) * 1e-6); }
 
 /// "ASPos.A2 is missing (at byte 30); it begins `<Rob Type="KUKA">`"
 std::string error_text(const StreamEvent& event) {

@@ -4,12 +4,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <filesystem>
 #include <system_error>
 
+#include "core/formatted.hpp"
 #include "proto/text/device_text.hpp"
 
 namespace truepose::daemon::sqlite {
@@ -115,9 +114,7 @@ StoreResult<std::unique_ptr<Database>> Database::open_to_read(const std::string&
   std::string uri = "file:";
   for (const char letter : file) {
     constexpr std::string_view kSpecial = "%?#";
-    std::array<char, 4> code{letter};
-    if (kSpecial.contains(letter)) std::snprintf(code.data(), code.size(), "%%%02x", letter);
-    uri += code.data();
+    uri += kSpecial.contains(letter) ? formatted("%%%02x", letter) : std::string{letter};
   }
   return open(file, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, uri + "?immutable=1");
 }

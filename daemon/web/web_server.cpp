@@ -13,7 +13,6 @@
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
-#include <boost/json/serialize.hpp>
 #include <map>
 #include <utility>
 
@@ -21,6 +20,7 @@
 #include "daemon/control/tls_identity.hpp"
 #include "daemon/web/web_pages.hpp"
 #include "daemon/web/web_socket.hpp"
+#include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
 
@@ -299,7 +299,7 @@ asio::awaitable<Response> WebServer::Impl::answer_to_known(Request request, Peer
   if (is_metrics) co_return answer_with(http::status::ok, kMetricsType, parts.metrics());
   const Health health = parts.health();
   const auto status = health.well ? http::status::ok : http::status::service_unavailable;
-  co_return answer_with(status, kJsonType, boost::json::serialize(health.details) + "\n");
+  co_return answer_with(status, kJsonType, control::json_text(health.details) + "\n");
 }
 
 /// In the clear it is this machine alone that asks.

@@ -11,6 +11,7 @@
 
 #include "proto/record/forms.hpp"
 #include "proto/text/device_text.hpp"
+#include "proto/text/kuka_names.hpp"
 #include "proto/xml/escape.hpp"
 #include "proto/xml/scanner.hpp"
 
@@ -18,10 +19,6 @@ namespace truepose::eki {
 namespace {
 
 using record::Degrees, record::Is;
-
-using Names = std::array<std::string_view, 6>;
-constexpr Names kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
-constexpr Names kPoseNames{"X", "Y", "Z", "A", "B", "C"};
 
 /// The one root of what the controller sends on a channel, as KUKA's own examples have it.
 constexpr std::string_view kControllerRoot = "Robot";
@@ -114,13 +111,13 @@ class Element {
     (*this)(path, static_cast<int>(value));
   }
   template <class... Form>
-  void six(std::string_view element, const Names& names, const std::array<double, 6>& values,
+  void six(std::string_view element, const SixNames& names, const std::array<double, 6>& values,
            const Form&... form) {
     for (std::size_t i = 0; i < names.size(); ++i)
       child(element)(names[i], number(form_of(values[i], form...)));
   }
   template <class... Form>
-  void six(std::string_view element, const Names& names, const std::optional<Axes>& values,
+  void six(std::string_view element, const SixNames& names, const std::optional<Axes>& values,
            const Form&... form) {
     if (values) six(element, names, *values, form...);
   }
@@ -244,7 +241,7 @@ class Fields {
       fail(path + " is " + std::to_string(number) + ", which has no meaning");
   }
   template <class... Form>
-  void six(const std::string& element, const Names& names, std::array<double, 6>& values,
+  void six(const std::string& element, const SixNames& names, std::array<double, 6>& values,
            const Form&... form) {
     for (std::size_t i = 0; i < names.size(); ++i) {
       values[i] = read(element + "." + std::string{names[i]}, "a finite number", xml::to_number<double>);
@@ -253,7 +250,8 @@ class Fields {
   }
   /// There are such values where any attribute of the child has one.
   template <class... Form>
-  void six(const std::string& element, const Names& names, std::optional<Axes>& values, const Form&... form) {
+  void six(const std::string& element, const SixNames& names, std::optional<Axes>& values,
+           const Form&... form) {
     const bool there = std::ranges::any_of(values_, [&](const auto& v) {
       return v.first.starts_with(element + ".") && !xml::trimmed(v.second).empty();
     });

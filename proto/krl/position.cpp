@@ -6,13 +6,13 @@
 #include <iterator>
 #include <utility>
 
+#include "proto/text/kuka_names.hpp"
+
 namespace truepose::krl {
 namespace {
 
 /// More than any of KUKA's structures has; what is longer is no aggregate.
 constexpr std::size_t kMostComponents = 256;
-constexpr std::array<std::string_view, 6> kFrameNames{"X", "Y", "Z", "A", "B", "C"};
-constexpr std::array<std::string_view, 6> kAxisNames{"A1", "A2", "A3", "A4", "A5", "A6"};
 
 /// Where the value that starts at `from` ends: at a comma or at the brace that closes the aggregate.
 std::size_t end_of_value(Tokens tokens, std::size_t from) {
@@ -124,7 +124,7 @@ std::expected<Position, std::string> position_of(const Aggregate& aggregate, Fil
                     .values = {},
                     .status = {},
                     .turn = {}};
-  const auto& names = of_axes ? kAxisNames : kFrameNames;
+  const auto& names = of_axes ? kAxisNames : kPoseNames;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const Field* field = aggregate.find(names[i]);
     if (!field)

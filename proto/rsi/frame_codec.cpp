@@ -186,7 +186,7 @@ class FrameWriter {
     return advance(std::to_chars(at_, end_, value));
   }
 
-  void attributes(std::string_view element, const SixNames& names, const Axes& values, int decimals) {
+  void attributes(std::string_view element, const SixAttributes& names, const Axes& values, int decimals) {
     text("<").text(element);
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (!std::isfinite(values[i])) fail({FrameFault::BadNumber, element, names.names[i], 0});
@@ -336,12 +336,14 @@ std::expected<std::string_view, FrameError> encode_robot_frame(const RobotFrame&
                                                                int decimals) noexcept {
   FrameWriter writer{buffer};
   writer.text("<Rob Type=\"KUKA\">");
-  if (frame.rist) writer.attributes("RIst", kPoseNames, to_array(*frame.rist), decimals);
-  if (frame.rsol) writer.attributes("RSol", kPoseNames, to_array(*frame.rsol), decimals);
-  if (frame.aipos_rad) writer.attributes("AIPos", kAxisNames, scaled(*frame.aipos_rad, kDegPerRad), decimals);
-  if (frame.aspos_rad) writer.attributes("ASPos", kAxisNames, scaled(*frame.aspos_rad, kDegPerRad), decimals);
-  if (frame.eipos) writer.attributes("EIPos", kExternalNames, *frame.eipos, decimals);
-  if (frame.espos) writer.attributes("ESPos", kExternalNames, *frame.espos, decimals);
+  if (frame.rist) writer.attributes("RIst", kPoseAttributes, to_array(*frame.rist), decimals);
+  if (frame.rsol) writer.attributes("RSol", kPoseAttributes, to_array(*frame.rsol), decimals);
+  if (frame.aipos_rad)
+    writer.attributes("AIPos", kAxisAttributes, scaled(*frame.aipos_rad, kDegPerRad), decimals);
+  if (frame.aspos_rad)
+    writer.attributes("ASPos", kAxisAttributes, scaled(*frame.aspos_rad, kDegPerRad), decimals);
+  if (frame.eipos) writer.attributes("EIPos", kExternalAttributes, *frame.eipos, decimals);
+  if (frame.espos) writer.attributes("ESPos", kExternalAttributes, *frame.espos, decimals);
   if (frame.delay) writer.text("<Delay D=\"").integer(*frame.delay).text("\"/>");
   writer.numbers(kProgramElement, kProgramNames,
                  std::array{frame.program.ask, frame.program.state, frame.program.mode,
@@ -373,7 +375,7 @@ std::expected<std::string_view, FrameError> SensorFrameCodec::encode(const Senso
   writer.text("<Sen Type=\"").text(sentype_).text("\">");
   if (stop_first_) write_stop();
   if (frame.axis_correction_rad && !axis_correction_.empty()) {
-    writer.attributes(axis_correction_, kAxisNames, scaled(*frame.axis_correction_rad, kDegPerRad),
+    writer.attributes(axis_correction_, kAxisAttributes, scaled(*frame.axis_correction_rad, kDegPerRad),
                       kSensorDecimals);
   }
   if (!stop_first_) write_stop();
@@ -401,7 +403,7 @@ std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view
     if (name == "IPOC") {
       good = reader.read("IPOC", ipoc);
     } else if (name == axis_correction_) {
-      good = reader.read({axis_correction_, kAxisNames}, correction) && reader.needs(correction);
+      good = reader.read({axis_correction_, kAxisAttributes}, correction) && reader.needs(correction);
     } else if (name == stop_) {
       good = reader.read(stop_, stop);
       if (good && *stop > 1) good = reader.fail(FrameFault::BadNumber, stop_);

@@ -7,34 +7,35 @@
 #include <string_view>
 
 #include "proto/rsi/frame_codec.hpp"
+#include "proto/text/kuka_names.hpp"
 
 namespace truepose::rsi {
 
 /// Six attributes, and what is written before the value of each.
-struct SixNames {
-  std::array<std::string_view, 6> names, openings;
+struct SixAttributes {
+  SixNames names, openings;
 };
-inline constexpr SixNames kAxisNames{{"A1", "A2", "A3", "A4", "A5", "A6"},
-                                     {" A1=\"", "\" A2=\"", "\" A3=\"", "\" A4=\"", "\" A5=\"", "\" A6=\""}};
-inline constexpr SixNames kExternalNames{
+inline constexpr SixAttributes kAxisAttributes{
+    kAxisNames, {" A1=\"", "\" A2=\"", "\" A3=\"", "\" A4=\"", "\" A5=\"", "\" A6=\""}};
+inline constexpr SixAttributes kExternalAttributes{
     {"E1", "E2", "E3", "E4", "E5", "E6"},
     {" E1=\"", "\" E2=\"", "\" E3=\"", "\" E4=\"", "\" E5=\"", "\" E6=\""}};
-inline constexpr SixNames kPoseNames{{"X", "Y", "Z", "A", "B", "C"},
-                                     {" X=\"", "\" Y=\"", "\" Z=\"", "\" A=\"", "\" B=\"", "\" C=\""}};
+inline constexpr SixAttributes kPoseAttributes{
+    kPoseNames, {" X=\"", "\" Y=\"", "\" Z=\"", "\" A=\"", "\" B=\"", "\" C=\""}};
 inline constexpr std::array<std::string_view, 5> kProgramNames{"Ask", "Pro", "Mode", "Ov", "Cell"};
 
 /// The elements of a robot frame that have six numbers, in the order in which controllers write them.
 enum Six : std::size_t { kRIst, kRSol, kAIPos, kASPos, kEIPos, kESPos };
 struct SixElement {
   std::string_view name;
-  const SixNames& attributes;
+  const SixAttributes& attributes;
 };
-inline constexpr std::array<SixElement, 6> kSixElements{{{"RIst", kPoseNames},
-                                                         {"RSol", kPoseNames},
-                                                         {"AIPos", kAxisNames},
-                                                         {"ASPos", kAxisNames},
-                                                         {"EIPos", kExternalNames},
-                                                         {"ESPos", kExternalNames}}};
+inline constexpr std::array<SixElement, 6> kSixElements{{{"RIst", kPoseAttributes},
+                                                         {"RSol", kPoseAttributes},
+                                                         {"AIPos", kAxisAttributes},
+                                                         {"ASPos", kAxisAttributes},
+                                                         {"EIPos", kExternalAttributes},
+                                                         {"ESPos", kExternalAttributes}}};
 
 /// The numbers of a robot frame as they stand in it.
 struct WireNumbers {

@@ -1,12 +1,14 @@
 // Measurement files. Read at once or row by row they say the same; what is accepted comes back as it was
-// written.
+// written. The same text as targets and as points.
 #include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "config/csv_reader.hpp"
+#include "config/frame_file.hpp"
 #include "config/measurement_file.hpp"
+#include "config/target_file.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tests/temp_folder.hpp"
@@ -49,6 +51,14 @@ std::string written(const MeasurementData& data, const RobotModel& robot) {
   return out.str();
 }
 
+std::string targets(const std::string& text, const config::TargetRules& rules) {
+  std::istringstream in{text};
+  config::TargetReader reader{in, kName, rules};
+  std::size_t numbers = 0;
+  while (const auto target = reader.next()) numbers += target->numbers.size();
+  return std::to_string(numbers);
+}
+
 bool is_refused(const std::string& outcome) { return outcome.starts_with("refused: "); }
 
 }  // namespace
@@ -67,6 +77,9 @@ void csv(std::string_view input) {
          "rows are those of the table: " + whole + " and " + rows);
 
   outcome([&] { return std::to_string(config::load_joints(file, robot).size()); });
+  outcome([&] { return std::to_string(config::load_points(file).size()); });
+  outcome([&] { return targets(text, {}); });
+  outcome([&] { return targets(text, {.arm = &robot, .of_joints = false, .whole_poses_alone = false}); });
   const std::string once = outcome([&] { return written(config::load_measurements(file, robot), robot); });
   if (is_refused(once)) return;
   const std::filesystem::path again = folder.write("written.csv", once);

@@ -11,11 +11,11 @@
 #include <set>
 
 #include "proto/control/json_text.hpp"
+#include "tests/daemon/page.hpp"
 #include "tests/integration/campaign_events.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/integration/sqlite_rows.hpp"
 #include "tests/report_schema.hpp"
-#include "tests/tools/page.hpp"
 
 namespace truepose {
 namespace {

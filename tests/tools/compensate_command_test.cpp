@@ -16,9 +16,10 @@
 #include "core/identify/uncertainty.hpp"
 #include "core/math/angles.hpp"
 #include "core/simulate/published_arm.hpp"
+#include "tests/daemon/page.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tests/tools/page.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -54,7 +55,7 @@ class Compensate : public testing::Test {
     const Finished run = compensate(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "");
-    return json::parse(run.out).as_object();
+    return printed_document(run.out).as_object();
   }
   std::string file(const std::string& text) const { return folder_.write("targets.csv", text); }
 

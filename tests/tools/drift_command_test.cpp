@@ -12,6 +12,7 @@
 #include "core/simulate/published_arm.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -65,7 +66,7 @@ TEST_F(DriftCommand, SaysOkOfAnUnchangedArm) {
   const std::string data = five_points();
   const Finished run = drift(model_, data, {"--json"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  const json::object document = json::parse(run.out).as_object();
+  const json::object document = printed_document(run.out).as_object();
   EXPECT_EQ(document.at("verdict"), "ok");
   EXPECT_EQ(document.at("degrees"), 15);
   EXPECT_EQ(document.at("parameters"), "uncertain");
@@ -83,7 +84,7 @@ TEST_F(DriftCommand, FailsAndNamesTheAxisWhoseZeroMoved) {
   const Finished run = drift(model_, data, {"--json"});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_EQ(run.err, "");
-  const json::object document = json::parse(run.out).as_object();
+  const json::object document = printed_document(run.out).as_object();
   EXPECT_EQ(document.at("verdict"), "failed");
   const json::value& cause = document.at("causes").at(0);
   EXPECT_EQ(cause.at("kind"), "joint_zero");
@@ -123,7 +124,7 @@ TEST_F(DriftCommand, WritesNoUpdateOfAnUnchangedArmOrByAWrongReading) {
   data.points[3].p_WS_mm.x() += 2;
   const Finished reading = drift(model_, write("wrong.csv", data), {"--update", "--out", updated, "--json"});
   EXPECT_EQ(reading.exit_code, 0);
-  const json::object update = json::parse(reading.out).at("update").as_object();
+  const json::object update = printed_document(reading.out).at("update").as_object();
   EXPECT_EQ(update.at("offered"), false);
   EXPECT_TRUE(update.at("wrong").at(0).as_string().starts_with("the reading of point 4 alone is off by 2.0"));
   EXPECT_FALSE(exists(std::filesystem::path{updated}));

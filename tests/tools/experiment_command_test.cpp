@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "daemon/report/report.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tools/report/report.hpp"
+#include "tests/tools/printed_document.hpp"
 
 namespace truepose {
 namespace {
@@ -30,7 +31,7 @@ const Finished& small_run() {
   return once;
 }
 
-json::object document() { return json::parse(small_run().out).as_object(); }
+json::object document() { return printed_document(small_run().out).as_object(); }
 
 /// The names of the rows of a table, each once.
 std::set<std::string> names(const json::object& of, const char* table, const char* name) {
@@ -100,12 +101,12 @@ TEST(ExperimentCommand, GivesTheSameForTheSameSeedWithAnyNumberOfJobsAndWritesTh
       experiment({"--trials", "2", "--seed", "3", "--jobs", "3", "--json", "--report", report, "--robot",
                   std::string(TRUEPOSE_SOURCE_DIR) + "/config/robots/kr210_r2700_2.yaml"});
   ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_EQ(without_times(json::parse(again.out).as_object()), without_times(document()));
+  EXPECT_EQ(without_times(printed_document(again.out).as_object()), without_times(document()));
 
   // Below it stand the raw data, whose last digits the parser of JSON may round.
   const auto shown = [](const std::string& html) { return html.substr(0, html.find("<h2>Raw data</h2>")); };
   const std::string html = shown(text_of(report));
-  EXPECT_TRUE(html == shown(report::render_experiment_html(json::parse(again.out).as_object())));
+  EXPECT_TRUE(html == shown(report::render_experiment_html(printed_document(again.out).as_object())));
   EXPECT_GT(html.size(), 10'000U);
 }
 

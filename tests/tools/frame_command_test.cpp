@@ -19,6 +19,7 @@
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/known_model.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -39,7 +40,7 @@ class FrameCommand : public testing::Test {
     arguments.push_back("--json");
     const Finished finished = run(command, arguments);
     EXPECT_EQ(finished.exit_code, 0) << finished.err;
-    return json::parse(finished.out).as_object();
+    return printed_document(finished.out).as_object();
   }
   std::string path(const char* name) const { return folder_.path() / name; }
 

@@ -13,6 +13,7 @@
 #include "tests/core/iso9283_example.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/printed_document.hpp"
 
 namespace truepose {
 namespace {
@@ -60,7 +61,7 @@ class Iso9283 : public testing::Test {
     const Finished run = run_program("truepose", arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "");
-    return json::parse(run.out).as_object();
+    return printed_document(run.out).as_object();
   }
 
   static double number(const json::value& set, const char* characteristic, const char* part) {

@@ -13,6 +13,7 @@
 #include "tests/process.hpp"
 #include "tests/sanitized.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -58,7 +59,7 @@ class Layers : public testing::Test {
   json::object succeed(const std::vector<std::string>& arguments) {
     const Finished run = run_program("truepose", arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    return json::parse(run.out).as_object();
+    return printed_document(run.out).as_object();
   }
 
   TempFolder folder_;

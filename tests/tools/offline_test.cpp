@@ -13,6 +13,7 @@
 #include "tests/core/golden.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 #include "tests/tools/unmarked.hpp"
 
@@ -58,7 +59,7 @@ class Offline : public testing::Test {
     const Finished run = run_program("truepose", arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "");
-    return json::parse(run.out).as_object();
+    return printed_document(run.out).as_object();
   }
 
   static double mean_mm(const json::object& document, const char* set, const char* stage) {
@@ -265,7 +266,7 @@ TEST_F(Offline, CalibrateFailsWhereValidationIsNoBetterThanTheNominalArm) {
   EXPECT_EQ(run.err, "truepose: " + (folder_.path() / "noisy.csv").string() +
                          ": the calibrated arm is no better than the nominal one: check the robot file, the "
                          "mounting of the reflector and the tracker\n");
-  EXPECT_TRUE(json::parse(run.out).is_object());
+  EXPECT_TRUE(printed_document(run.out).is_object());
 }
 
 }  // namespace

@@ -264,6 +264,20 @@ TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
               HasSubstr("--at: expected three numbers for each point"));
 }
 
+TEST_F(OnlineTest, StartSendsTheTargetsOfAFile) {
+  const auto start = [this](const std::string& text) {
+    return run({"campaign", "start", "--kind", "targets", "--targets", folder_.write("targets.csv", text),
+                "--json"});
+  };
+  EXPECT_EQ(json::parse(start("q1,q2,residual_mm\n10,20,0.1\n30,40,0.1\n").out).at("asked"),
+            json::parse(R"({"kind":"targets","joints":[[10.0,20.0],[30.0,40.0]]})"));
+  EXPECT_EQ(json::parse(start("x,y,z,a,b,c\n1,2,3,4,5,6\n").out).at("asked"),
+            json::parse(R"({"kind":"targets","poses":[[1.0,2.0,3.0,4.0,5.0,6.0]]})"));
+  const Outcome branched = start("x,y,z,a,b,c,s,t\n1,2,3,4,5,6,2,43\n");
+  EXPECT_EQ(branched.exit_code, 2);
+  EXPECT_THAT(branched.err, HasSubstr("targets.csv: columns s and t: here the branch is the one nearest"));
+}
+
 TEST_F(OnlineTest, ListsAndExportsModels) {
   EXPECT_THAT(run({"model", "list"}).out, HasSubstr("m1     t        42     2.500      0.042     active"));
   EXPECT_EQ(run({"model", "export"}).out, "name: KR\n");

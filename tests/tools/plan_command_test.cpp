@@ -13,6 +13,7 @@
 #include "core/math/angles.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/printed_document.hpp"
 
 namespace truepose {
 namespace {
@@ -32,7 +33,7 @@ TEST(PlanCommand, PutsWhatThePosesAreWorthBetweenRandomOnesAndWhatNoChoiceGoesBe
   const Finished done = plan({"--json"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(done.err, "") << "progress is for terminals";
-  const json::object planned = json::parse(done.out).as_object();
+  const json::object planned = printed_document(done.out).as_object();
   EXPECT_EQ(planned.at("poses").as_array().size(), 12u);
   for (const char* figure : {"rms_mm", "max_mm"}) {
     const auto of = [&](const char* set) { return planned.at(set).at(figure).as_double(); };
@@ -50,7 +51,7 @@ TEST(PlanCommand, WritesThePosesInTheirOrderAsOtherCommandsReadThem) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const auto written =
       config::load_joints(file, config::load_robot(TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml"));
-  const json::value printed = json::parse(done.out).at("poses");
+  const json::value printed = printed_document(done.out).at("poses");
   ASSERT_EQ(written.size(), printed.as_array().size());
   for (std::size_t k = 0; k < written.size(); ++k) {
     for (Eigen::Index i = 0; i < 6; ++i) {

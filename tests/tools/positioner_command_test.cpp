@@ -17,6 +17,7 @@
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/known_model.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -43,7 +44,7 @@ class PositionerCommand : public testing::Test {
     arguments.push_back("--json");
     const Finished finished = run(command, arguments);
     EXPECT_EQ(finished.exit_code, 0) << finished.err;
-    return finished.exit_code == 0 ? json::parse(finished.out).as_object() : json::object{};
+    return finished.exit_code == 0 ? printed_document(finished.out).as_object() : json::object{};
   }
   std::string path(const char* name) const { return folder_.path() / name; }
 

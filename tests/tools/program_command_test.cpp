@@ -12,6 +12,7 @@
 #include "tests/process.hpp"
 #include "tests/proto/krl_corpus.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -70,7 +71,7 @@ TEST_F(ProgramCommand, TheDocumentNamesEveryChangeAndWhatWasLeft) {
   const Finished run = compensate(corpus("computed.src"), {"--dat", corpus("computed.dat"), "--config-dat",
                                                            corpus("config.dat"), "--json"});
   EXPECT_EQ(run.exit_code, 1);
-  const json::object document = json::parse(run.out).as_object();
+  const json::object document = printed_document(run.out).as_object();
   EXPECT_EQ(document.at("changed"), 1);
   EXPECT_EQ(document.at("changes").at(0).at("name"), "XP4");
   EXPECT_GT(document.at("largest_mm").at("mm").to_number<double>(), 0.1);

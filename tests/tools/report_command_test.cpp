@@ -6,9 +6,9 @@
 #include <sstream>
 
 #include "proto/record/calibration_document.hpp"
+#include "tests/daemon/sample_document.hpp"
+#include "tests/daemon/sample_path.hpp"
 #include "tests/temp_folder.hpp"
-#include "tests/tools/sample_document.hpp"
-#include "tests/tools/sample_path.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 
 namespace truepose::tools {

@@ -18,11 +18,12 @@
 #include "config/robot_file.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/simulate/measurement_campaign.hpp"
+#include "tests/daemon/page.hpp"
 #include "tests/process.hpp"
 #include "tests/report_schema.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/browser.hpp"
-#include "tests/tools/page.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/unmarked.hpp"
 
 namespace truepose {
@@ -113,7 +114,7 @@ class ReportPage : public testing::Test {
     options.insert(options.begin(), {"calibrate", "--json", "--loss", "tukey"});
     const Finished run = run_program("truepose", options);
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    return json::parse(run.out).as_object();
+    return printed_document(run.out).as_object();
   }
 
   TempFolder folder_;

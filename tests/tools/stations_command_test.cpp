@@ -15,6 +15,7 @@
 #include "tests/process.hpp"
 #include "tests/report_schema.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -72,7 +73,7 @@ class StationsCommand : public testing::Test {
 TEST_F(StationsCommand, IdentifiesOneArmFromAllAndTellsTheErrorsOfEach) {
   const Finished run = calibrate({"--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const json::value document = json::parse(run.out);
+  const json::value document = printed_document(run.out);
   EXPECT_EQ(document.at("identify").at("poses"), 45);
   EXPECT_EQ(document.at("rank"), 33);
   const json::array& stations = document.at("stations").as_array();

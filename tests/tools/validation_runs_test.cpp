@@ -15,6 +15,7 @@
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/printed_document.hpp"
 #include "tests/tools/robot_file.hpp"
 
 namespace truepose {
@@ -49,7 +50,7 @@ class ValidationRuns : public testing::Test {
     options.insert(options.begin(), {"calibrate", "--robot", kRobot, "--data", data_, "--json"});
     const Finished run = run_program("truepose", options);
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    return json::parse(run.out).as_object();
+    return printed_document(run.out).as_object();
   }
 
   TempFolder folder_;
@@ -103,7 +104,7 @@ class WrongPoint : public ValidationRuns {
   }
   /// Of one split alone.
   double largest_mm(int seed) {
-    return json::parse(run(seed, {}).out).at_pointer("/validate/after/max").to_number<double>();
+    return printed_document(run(seed, {}).out).at_pointer("/validate/after/max").to_number<double>();
   }
 
   RobotModel nominal_ = config::load_robot(kRobot);
@@ -126,7 +127,7 @@ TEST_F(WrongPoint, MissesAToleranceInOtherSplitsThanTheFirst) {
           formatted(": errors of %d of the %d splits are beyond the tolerance of 0.500 mm, the largest, "
                     "%.3f mm, in that of seed %d\n",
                     beyond, kSplits, largest_mm(worst), worst));
-  EXPECT_EQ(json::parse(all.out).at_pointer("/verdict/color"), "red");
+  EXPECT_EQ(printed_document(all.out).at_pointer("/verdict/color"), "red");
   EXPECT_EQ(run_all({"--tolerance", "20"}).exit_code, 0);
 }
 
@@ -137,7 +138,7 @@ TEST_F(WrongPoint, OfFewSplitsIsToldAndRaisesNoDoubt) {
   ASSERT_LE(doubted, kSplits / 2);
   const Finished all = run_all();
   EXPECT_EQ(all.exit_code, 0) << all.err;
-  const json::value verdict = json::parse(all.out).at("verdict");
+  const json::value verdict = printed_document(all.out).at("verdict");
   EXPECT_EQ(verdict.at("color"), "green");
   const auto& last = verdict.at("findings").as_array().back();
   EXPECT_EQ(last.at("severity"), "note");

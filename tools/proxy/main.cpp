@@ -13,12 +13,12 @@
 #include <random>
 #include <stdexcept>
 
+#include "config/program_options.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/proxy/proxy.hpp"
 #include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
-#include "tools/steering/options.hpp"
 
 namespace {
 
@@ -27,7 +27,7 @@ namespace json = boost::json;
 namespace config = truepose::config;
 namespace proxy = truepose::proxy;
 namespace steering = truepose::steering;
-using steering::UsageError, steering::number_of;
+using config::UsageError, config::number_of;
 
 constexpr const char* kHelp =
     R"(Stands between two devices and does to their packets what bad networks do.
@@ -72,7 +72,7 @@ T value_of(const char* option, std::expected<T, std::string> result) {
   return *std::move(result);
 }
 
-using Known = steering::Known<Options>;
+using Known = config::ProgramOption<Options>;
 
 constexpr std::array kKnown{
     Known{
@@ -92,9 +92,9 @@ constexpr std::array kKnown{
 
 /// @return none where help was asked for, and is printed. Throws UsageError
 std::optional<Options> options_of(int argc, char** argv) {
-  auto options = steering::read_options<Options>(argc, argv, kKnown, kHelp);
+  auto options = config::read_options<Options>(argc, argv, kKnown, kHelp);
   if (options && options->routes.empty())
-    throw UsageError{std::string{"--udp or --tcp is required"} + steering::kSeeHelp};
+    throw UsageError{std::string{"--udp or --tcp is required"} + config::kSeeHelp};
   return options;
 }
 

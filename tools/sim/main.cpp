@@ -7,7 +7,6 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
-#include <boost/json/serialize.hpp>
 #include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
 #include <chrono>
@@ -19,30 +18,35 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/ethernet_file.hpp"
 #include "config/number_text.hpp"
+#include "config/program_options.hpp"
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/eki/messages.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
 #include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
-#include "tools/steering/options.hpp"
 
 namespace {
 
 namespace asio = boost::asio;
 namespace json = boost::json;
 namespace config = truepose::config;
+namespace control = truepose::control;
+namespace eki = truepose::eki;
 namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
 namespace steering = truepose::steering;
-using steering::UsageError, steering::number_of;
+using config::UsageError, config::number_of;
 
 constexpr const char* kHelp =
     R"(A simulated robot cell: a KUKA controller (EKI, RSI) and a laser tracker (emScon) over real sockets.
@@ -85,7 +89,7 @@ std::uint16_t port_of(const char* option) {
   return number_of<std::uint16_t>(option, "a port of 0..65535", 0, 65535);
 }
 
-using Known = steering::Known<Options>;
+using Known = config::ProgramOption<Options>;
 
 constexpr std::array kKnown{
     Known{"scenario", [](Options& o) { o.scenario = optarg; }},
@@ -107,9 +111,9 @@ constexpr std::array kKnown{
 
 /// @return none where help was asked for, and is printed. Throws UsageError
 std::optional<Options> options_of(int argc, char** argv) {
-  auto options = steering::read_options<Options>(argc, argv, kKnown, kHelp);
+  auto options = config::read_options<Options>(argc, argv, kKnown, kHelp);
   if (options && options->scenario.empty())
-    throw UsageError{std::string{"--scenario is required"} + steering::kSeeHelp};
+    throw UsageError{std::string{"--scenario is required"} + config::kSeeHelp};
   return options;
 }
 
@@ -195,14 +199,14 @@ json::object rsi_json(const sim::RsiStatistics& statistics) {
 
 /// The injected truth, mm and rad: {"base": {x,y,z,rx,ry,rz}, "smr": {x,y,z}, "links":
 /// [{a,alpha,d,theta,beta}...]}.
-std::string truth_json(const config::Scenario& scenario) { return json::serialize(truth(scenario)); }
+std::string truth_json(const config::Scenario& scenario) { return control::json_text(truth(scenario)); }
 
 /// What the cell did, with the truth: {"rsi": {...}, "moves", "measurements", "truth": {...}}.
 std::string statistics_json(const sim::CellStatistics& statistics, const config::Scenario& scenario) {
-  return json::serialize(json::object{{"rsi", rsi_json(statistics.rsi)},
-                                      {"moves", statistics.moves},
-                                      {"measurements", statistics.measurements},
-                                      {"truth", truth(scenario)}});
+  return control::json_text(json::object{{"rsi", rsi_json(statistics.rsi)},
+                                         {"moves", statistics.moves},
+                                         {"measurements", statistics.measurements},
+                                         {"truth", truth(scenario)}});
 }
 
 std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
@@ -212,16 +216,32 @@ std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
                      {by_bridge ? "bridge_port" : "tracker_port", ports.tracker},
                      {"pid", getpid()}};
   if (admin) ready["admin_port"] = admin->port();
-  return json::serialize(ready);
+  return control::json_text(ready);
 }
 
-std::string refusal(const std::string& why) { return json::serialize(json::object{{"error", why}}); }
+std::string refusal(const std::string& why) { return control::json_text(json::object{{"error", why}}); }
+
+/// As truepose calls it.
+std::string_view name_of(sim::krl::ProgramState state) {
+  using enum sim::krl::ProgramState;
+  switch (state) {
+    case Free:
+      return eki::name(eki::ProgramState::Free);
+    case Reset:
+      return eki::name(eki::ProgramState::Reset);
+    case Active:
+      return eki::name(eki::ProgramState::Active);
+    case Stopped:
+      return eki::name(eki::ProgramState::Stopped);
+    case Ended:
+      return eki::name(eki::ProgramState::Ended);
+  }
+  return "";
+}
 
 std::string program_json(const sim::Controller::Program& program) {
-  static constexpr std::array kStates{"free", "reset", "active", "stopped", "ended"};
-  return json::serialize(json::object{{"program", program.name},
-                                      {"state", kStates.at(static_cast<std::size_t>(program.state))},
-                                      {"line", program.line}});
+  return control::json_text(
+      json::object{{"program", program.name}, {"state", name_of(program.state)}, {"line", program.line}});
 }
 
 /// What a line of the admin port comes to.
@@ -239,17 +259,17 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
   if (const json::value* place = members->if_contains("put_reflector")) {
     cell.put_reflector({place->at("x").to_number<double>(), place->at("y").to_number<double>(),
                         place->at("z").to_number<double>()});
-    return json::serialize(json::object{{"ok", true}});
+    return control::json_text(json::object{{"ok", true}});
   }
   if (const json::value* axes = members->if_contains("jog")) {
     const auto q_deg = json::value_to<std::vector<double>>(*axes);
     if (std::ssize(q_deg) != scenario.nominal.joint_count())
       return refusal("jog: expected an angle for each axis");
     cell.jog(truepose::joints_from(q_deg, scenario.nominal));
-    return json::serialize(json::object{{"ok", true}});
+    return control::json_text(json::object{{"ok", true}});
   }
   cell.begin(config::parse_fault(line));
-  return json::serialize(json::object{{"ok", true}});
+  return control::json_text(json::object{{"ok", true}});
 } catch (const std::exception& e) {
   return refusal(e.what());
 }

@@ -7,6 +7,7 @@
 
 #include "config/text_file.hpp"
 #include "core/math/angles.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/krl/places.hpp"
 #include "tools/truepose/krl/program_compensation.hpp"
 #include "tools/truepose/offline/compensate.hpp"
@@ -221,7 +222,7 @@ int run_compensate_program(const CompensateOptions& options, const RobotModel& n
 
   write(options, text, *done);
   if (options.as_json) {
-    std::cout << program_document(*done, places) << '\n';
+    std::cout << control::json_text(program_document(*done, places)) << '\n';
   } else {
     std::cout << program_summary(*done, places);
   }

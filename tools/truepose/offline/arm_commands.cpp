@@ -9,6 +9,7 @@
 #include "config/text_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
+#include "proto/control/json_text.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 
@@ -52,7 +53,7 @@ int run_fk(const FkCommand& command) {
   }
   json::array poses;
   for (const JointVector& q : joints) poses.push_back(row_major(forward_kinematics(robot, q)));
-  std::cout << json::object{{"poses", std::move(poses)}} << '\n';
+  std::cout << control::json_text(json::object{{"poses", std::move(poses)}}) << '\n';
   return kDone;
 }
 

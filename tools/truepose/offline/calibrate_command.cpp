@@ -19,10 +19,10 @@
 #include "core/judge/model_noise.hpp"
 #include "core/math/parallel.hpp"
 #include "core/math/units.hpp"
+#include "daemon/report/report.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/calibration_content.hpp"
 #include "proto/record/calibration_document.hpp"
-#include "tools/report/report.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/jobs_option.hpp"
 #include "tools/truepose/offline/mistake_text.hpp"
@@ -280,7 +280,7 @@ int run_calibrate(const CalibrateCommand& command) {
     config::write_text_file(command.report_file, report::render_html(outcome.document));
   }
   if (command.as_json) {
-    std::cout << outcome.document << '\n';
+    std::cout << control::json_text(outcome.document) << '\n';
   } else {
     print_summary(command, robot, outcome);
   }

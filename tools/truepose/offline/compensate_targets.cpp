@@ -5,33 +5,31 @@
 #include <fstream>
 #include <iostream>
 
-#include "config/csv_reader.hpp"
 #include "config/measurement_file.hpp"
 #include "config/number_text.hpp"
 #include "config/positioner_file.hpp"
+#include "config/target_file.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/compensate/nominal_inverse.hpp"
 #include "core/identify/positioner.hpp"
 #include "core/identify/tool_frame.hpp"
 #include "core/identify/uncertainty.hpp"
+#include "daemon/report/report.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
-#include "tools/report/report.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 
 namespace truepose::tools {
 namespace {
 
 namespace json = boost::json;
-using config::ConfigError;
-using config::UnfinishedFile;
+using config::ConfigError, config::TargetForm, config::TargetReader, config::TargetRow,
+    config::UnfinishedFile;
 
 // ---- Targets as they are read ----
 
-/// What the rows of a file say of each target.
-enum class TargetForm { Joints, Poses, Positions };
-
-/// One row. What the form does not tell is not set.
+/// One row of a file. What the form does not tell is not set.
 struct Target {
   JointVector q;        ///< Joints
   Eigen::Isometry3d X;  ///< Poses; Positions: its translation alone. mm, robot base frame
@@ -39,92 +37,21 @@ struct Target {
   JointVector e;  ///< of the positioner that carries it
 };
 
-/// Targets from CSV, one at a time: q1..qN, or x,y,z,a,b,c (mm, deg) with KUKA's status and turn (s,t) where
-/// they are told, or x,y,z alone; with a table e1..eN of it. Throws ConfigError naming file, row and column.
-class TargetReader {
- public:
-  /// @param table  of the positioner that carries the targets; null: none does
-  TargetReader(std::istream& in, const std::string& file, const RobotModel& robot, bool of_joints,
-               const RobotModel* table)
-      : robot_(robot),
-        table_(table),
-        rows_(in, file),
-        form_(of_joints ? TargetForm::Joints : TargetForm::Positions) {
-    const config::CsvHeader& header = rows_.header();
-    const auto any_of = [&header](std::initializer_list<const char*> names) {
-      return std::ranges::any_of(names, [&header](const char* name) { return header.has(name); });
-    };
-    std::vector<std::string> names{"x", "y", "z"}, known{"x", "y", "z", "a", "b", "c", "s", "t"};
-    if (of_joints) {
-      known = names = config::joint_column_names("q", robot);
-      known.insert(known.end(), config::kReachColumns.begin(), config::kReachColumns.end());
-    } else if (any_of({"a", "b", "c", "s", "t"})) {
-      form_ = TargetForm::Poses;
-      names.insert(names.end(), {"a", "b", "c"});
-    }
-    const std::vector<std::string> turns =
-        table ? config::joint_column_names("e", *table) : std::vector<std::string>{};
-    known.insert(known.end(), turns.begin(), turns.end());
-    header.expect_only(known);
-    for (const std::string& name : names) columns_.push_back(header.column(name));
-    for (const std::string& name : turns) table_columns_.push_back(header.column(name));
-    if (header.has("s")) status_ = header.column("s");
-    if (header.has("t")) turn_ = header.column("t");
-  }
-
-  TargetForm form() const { return form_; }
-  bool has_status() const { return status_.has_value(); }
-  /// Of the last target: its row, the first is 1.
-  std::size_t row() const { return rows_.index() + 1; }
-
-  /// The next target, or nothing at the end.
-  std::optional<Target> next() {
-    if (!rows_.next()) return std::nullopt;
-    Target target{.q = {}, .X = Eigen::Isometry3d::Identity(), .status = {}, .turn = {}, .e = {}};
-    std::vector<double> v;
-    for (const std::size_t column : columns_) v.push_back(rows_.number(column));
-    if (form_ == TargetForm::Joints) {
-      target.q = joints_from(v, robot_);
-      return target;
-    }
+Target target_of(TargetRow row, TargetForm form, const RobotModel& robot) {
+  Target target{.q = {},
+                .X = Eigen::Isometry3d::Identity(),
+                .status = row.status,
+                .turn = row.turn,
+                .e = std::move(row.e)};
+  std::vector<double>& v = row.numbers;
+  if (form == TargetForm::Joints) {
+    target.q = joints_from(v, robot);
+  } else {
     v.resize(6);
     target.X = pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
-    if (status_) target.status = bits(*status_, 255);
-    if (turn_) target.turn = bits(*turn_, 4095);
-    if (table_) target.e = table_joints();
-    return target;
   }
-
- private:
-  int bits(std::size_t column, int most) const {
-    const double value = rows_.number(column);
-    if (!(value >= 0 && value <= most && value == static_cast<int>(value)))
-      rows_.fail(column, "expected a whole number from 0 to " + std::to_string(most));
-    return static_cast<int>(value);
-  }
-
-  JointVector table_joints() const {
-    std::vector<double> e;
-    for (const std::size_t column : table_columns_) e.push_back(rows_.number(column));
-    const JointVector q = joints_from(e, *table_);
-    for (std::size_t i = 0; i < e.size(); ++i) {
-      const Joint& joint = table_->joints[i];
-      const double at = q[static_cast<Eigen::Index>(i)];
-      if (!(at >= joint.min && at <= joint.max))
-        rows_.fail(table_columns_[i], "the positioner does not go there: expected " +
-                                          config::joint_field(joint.min, joint) + ".." +
-                                          config::joint_field(joint.max, joint));
-    }
-    return q;
-  }
-
-  const RobotModel& robot_;
-  const RobotModel* table_;
-  config::CsvStream rows_;
-  TargetForm form_;
-  std::vector<std::size_t> columns_, table_columns_;
-  std::optional<std::size_t> status_, turn_;
-};
+  return target;
+}
 
 // ---- What became of them, as it is written ----
 
@@ -383,7 +310,7 @@ class Output {
     if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
     if (tells_sigma_ && !options_.base.empty() && !tells_base_) note(kBaseGiven);
-    if (options_.as_json) std::cout << document_ << '\n';
+    if (options_.as_json) std::cout << control::json_text(document_) << '\n';
     flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {
       if (*file) (*file)->close();
@@ -448,11 +375,15 @@ int run_compensate_targets(const CompensateOptions& options, const RobotModel& n
   std::optional<Table> positioner;
   if (!options.positioner.empty()) positioner.emplace(options.positioner, model);
   const Table* table = positioner ? &*positioner : nullptr;
-  TargetReader reader(in, file, nominal, of_joints, table ? &table->robot() : nullptr);
+  TargetReader reader(in, file,
+                      {.arm = &nominal,
+                       .of_joints = of_joints,
+                       .whole_poses_alone = false,
+                       .table = table ? &table->robot() : nullptr});
   Targets targets(options, nominal, model, table, reader.form(), reader.has_status());
   Output output(options, nominal, targets, file);
-  while (const auto target = reader.next()) {
-    const auto reached = targets.reach(*target);
+  while (auto row = reader.next()) {
+    const auto reached = targets.reach(target_of(*std::move(row), reader.form(), nominal));
     if (!reached) {
       std::cout.flush();
       throw CommandError{kFailed, file + ": row " + std::to_string(reader.row()) + ": " + reached.error()};

@@ -69,7 +69,7 @@ int run_drift(const DriftCommand& command) {
     document.update = record::update_of(*update, points);
   }
   if (command.online.json) {
-    std::cout << record::drift_document(document) << '\n';
+    std::cout << control::json_text(record::drift_document(document)) << '\n';
   } else {
     std::cout << drift_text(document);
   }

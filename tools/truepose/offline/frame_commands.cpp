@@ -6,6 +6,7 @@
 #include "config/text_file.hpp"
 #include "core/identify/work_frame.hpp"
 #include "core/math/angles.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/record/frame_document.hpp"
 #include "tools/truepose/frame_text.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
@@ -31,7 +32,7 @@ struct FrameCommand {
 /// Tells it; one that is not to be used ends the command before anything is written.
 void tell(const FrameDocument& told, const FrameCommand& command) {
   if (command.as_json) {
-    std::cout << record::frame_document(told) << '\n';
+    std::cout << control::json_text(record::frame_document(told)) << '\n';
   } else {
     std::cout << frame_text(told);
   }

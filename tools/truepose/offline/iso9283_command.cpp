@@ -15,8 +15,9 @@
 #include "core/judge/iso9283.hpp"
 #include "core/judge/test_cube.hpp"
 #include "core/math/angles.hpp"
+#include "daemon/report/report.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/record/iso9283_document.hpp"
-#include "tools/report/report.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/text.hpp"
@@ -183,7 +184,7 @@ int run_iso9283(const Iso9283Command& command) {
     config::write_text_file(command.report_file, report::render_iso9283_html(document, command.data_file,
                                                                              embedded_files(command)));
   if (command.as_json) {
-    std::cout << document << '\n';
+    std::cout << control::json_text(document) << '\n';
   } else {
     std::fputs(iso9283_text(*result, points, frame).c_str(), stdout);
   }

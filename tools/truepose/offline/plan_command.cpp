@@ -11,6 +11,7 @@
 #include "config/measurement_file.hpp"
 #include "config/text_file.hpp"
 #include "core/plan/optimal_design.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/record/arm_document.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/progress_line.hpp"
@@ -119,7 +120,7 @@ int run_plan(const PlanCommand& command) {
   }
   const PredictedError bound = error_bound(*plan->problem, command.poses);
   if (command.as_json) {
-    std::cout << plan_json(cell.robot.model, *plan, bound) << '\n';
+    std::cout << control::json_text(plan_json(cell.robot.model, *plan, bound)) << '\n';
   } else {
     print_plan(cell, *plan, bound);
   }

@@ -9,6 +9,7 @@
 #include "core/identify/positioner.hpp"
 #include "core/identify/tool_frame.hpp"
 #include "core/math/angles.hpp"
+#include "proto/control/json_text.hpp"
 #include "proto/record/positioner_document.hpp"
 #include "tools/truepose/frame_text.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
@@ -68,7 +69,7 @@ std::string text_of(const PositionerDocument& told) {
 /// Tells it; one that is not to be used ends the command before anything is written.
 void tell(const PositionerDocument& told, const PositionerCommand& command) {
   if (command.as_json) {
-    std::cout << record::positioner_document(told) << '\n';
+    std::cout << control::json_text(record::positioner_document(told)) << '\n';
   } else {
     std::cout << text_of(told);
   }

@@ -2,10 +2,15 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
+#include <boost/json/value_from.hpp>
 #include <cstdio>
+#include <sstream>
 #include <vector>
 
 #include "config/csv_reader.hpp"
+#include "config/frame_file.hpp"
+#include "config/measurement_file.hpp"
+#include "config/target_file.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/truepose/online/campaign_watch.hpp"
@@ -20,18 +25,7 @@ namespace json = boost::json;
 
 // ---- Files ----
 
-/// "q1" for the first joint.
-std::string joint_column(std::size_t number) {
-  std::string name{"q"};
-  return name += std::to_string(number);
-}
-
-/// The joints' columns, as many as the file has.
-std::vector<std::string> joint_columns_of(const config::CsvTable& table) {
-  std::vector<std::string> names;
-  while (table.has(joint_column(names.size() + 1))) names.push_back(joint_column(names.size() + 1));
-  return names;
-}
+json::array coordinates(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 /// The joints that were found for targets, CSV: q1..qN, and the last error in residual_mm. Targets without
 /// joints are left out.
@@ -43,10 +37,8 @@ std::string joints_csv(const json::value& targets) {
     const json::array& joints = target.at("joints_deg").as_array();
     if (joints.empty()) continue;
     header.clear();
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      header += joint_column(i + 1) + ",";
-      rows += control::json_text(joints[i]) + ",";
-    }
+    for (const std::string& name : config::joint_column_names("q", joints.size())) header += name + ",";
+    for (const json::value& joint : joints) rows += control::json_text(joint) + ",";
     rows += control::json_text(target.at("errors_mm").as_array().back()) + "\n";
   }
   return header + "residual_mm\n" + rows;
@@ -171,42 +163,23 @@ int follow(RpcClient& client, const OnlineOptions& online, const json::object& p
 }  // namespace
 
 json::object targets_of_file(const std::filesystem::path& file) {
-  const config::CsvTable table = config::CsvTable::read(file);
-  std::vector<std::string> names = joint_columns_of(table);
-  const bool are_joints = !names.empty();
-  if (!are_joints) names = {"x", "y", "z", "a", "b", "c"};
-  std::vector<std::string> known = names;
-  if (are_joints) known.insert(known.end(), {"residual_mm", "residual_deg", "sigma_mm"});
-  table.expect_only(known);
-  std::vector<std::size_t> columns;
-  for (const std::string& name : names) columns.push_back(table.column(name));
+  std::istringstream in{config::read_text_file(file, config::CsvTable::kMostBytes)};
+  config::TargetReader reader{in, file.string(), {}};
   json::array rows;
-  for (std::size_t row = 0; row < table.row_count(); ++row) {
-    json::array values;
-    for (const std::size_t column : columns) values.emplace_back(table.number(row, column));
-    rows.push_back(std::move(values));
-  }
-  return {{are_joints ? "joints" : "poses", std::move(rows)}};
+  while (const auto row = reader.next()) rows.push_back(json::value_from(row->numbers));
+  return {{reader.form() == config::TargetForm::Joints ? "joints" : "poses", std::move(rows)}};
 }
 
 json::object points_of_file(const std::filesystem::path& file) {
-  const config::CsvTable table = config::CsvTable::read(file);
-  table.expect_only({"point", "x", "y", "z", "px", "py", "pz"});
-  const auto positions = [&](const std::string& prefix) {
-    json::array rows;
-    for (std::size_t row = 0; row < table.row_count(); ++row) {
-      json::array& position = rows.emplace_back(json::array{}).get_array();
-      for (const char* axis : {"x", "y", "z"})
-        position.emplace_back(table.number(row, table.column(prefix + axis)));
-    }
-    return rows;
-  };
-  json::array names;
-  for (std::size_t row = 0; row < table.row_count(); ++row)
-    names.emplace_back(std::string{table.text(row, table.column("point"))});
+  json::array names, at, known;
+  for (const config::PlannedPoint& point : config::load_points(file)) {
+    names.emplace_back(point.name);
+    if (point.at_mm) at.push_back(coordinates(*point.at_mm));
+    if (point.known_mm) known.push_back(coordinates(*point.known_mm));
+  }
   json::object points{{"points", std::move(names)}};
-  if (table.has("x")) points["at"] = positions("");
-  if (table.has("px")) points["known"] = positions("p");
+  if (!at.empty()) points["at"] = std::move(at);
+  if (!known.empty()) points["known"] = std::move(known);
   return points;
 }
 

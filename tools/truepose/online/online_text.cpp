@@ -1,11 +1,9 @@
 #include "tools/truepose/online/online_text.hpp"
 
 #include <algorithm>
-#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
 #include "core/formatted.hpp"
@@ -106,9 +104,7 @@ std::string axes_text(const json::value& document, std::string_view path) {
   if (!axes || !axes->is_array() || axes->as_array().empty()) return "-";
   std::string line;
   for (const json::value& axis : axes->as_array()) {
-    std::array<char, 32> number{"-"};
-    if (axis.is_number()) std::snprintf(number.data(), number.size(), "%.3f", axis.to_number<double>());
-    line += std::string{number.data()} + " ";
+    line += axis.is_number() ? formatted("%.3f ", axis.to_number<double>()) : "- ";
   }
   return line + "deg";
 }

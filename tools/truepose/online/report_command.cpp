@@ -7,9 +7,9 @@
 
 #include "config/path_file.hpp"
 #include "config/text_file.hpp"
+#include "daemon/report/report.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/calibration_document.hpp"
-#include "tools/report/report.hpp"
 #include "tools/truepose/online/campaign_source.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/rpc_client.hpp"

@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/json/object.hpp>
+#include <iomanip>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "core/identify/option_names.hpp"
+#include "daemon/report/page.hpp"
+#include "daemon/report/report.hpp"
+#include "daemon/report/sections.hpp"
+#include "proto/control/json_text.hpp"
+
+namespace truepose::report {
+namespace {
+
+namespace json = boost::json;
+
+/// "Leica AT960, serial 4 · Campaign 0cd9d377 · 2026-11-21 21:34 UTC", of which what is not known is left
+/// out.
+std::string identity(const ReportDocument& document) {
+  const std::string& model = document.model;
+  std::string text;
+  for (const std::string& part :
+       {document.tracker, document.campaign, model.empty() ? model : "Model " + model.substr(0, 8),
+        time_text(document.date)}) {
+    if (!part.empty()) text += (text.empty() ? "" : " · ") + part;
+  }
+  return text;
+}
+
+/// The shortest texts that bring the numbers back.
+std::string fields(const auto& numbers) {
+  std::string text;
+  for (const auto number : numbers) text += fmt::format("{},", number);
+  return text;
+}
+
+std::vector<EmbeddedFile> embedded_files(const json::object& document, const ReportDocument& read,
+                                         const FurtherDocuments& further) {
+  std::vector<EmbeddedFile> files;
+  // A measurement file is of one station.
+  if (std::string csv = measurements_csv(read.points); read.stations.empty() && !csv.empty()) {
+    files.push_back({"measurements.csv", "text/csv", std::move(csv),
+                     "what was measured, as truepose calibrate --data reads it"});
+  }
+  if (const json::value* arm = document.if_contains("arm")) {
+    files.push_back({"robot.yaml", "application/yaml", control::json_text(*arm) + "\n",
+                     "the data sheet's arm, as truepose calibrate --robot reads it"});
+  }
+  if (read.production) {
+    files.push_back({"production.csv", "text/csv", production_csv(read.production->path),
+                     "where the reflector was in production, in the robot's base frame"});
+  }
+  const auto add = [&files](const char* name, const json::object& from, const char* about) {
+    files.push_back({name, "application/json", control::json_text(from) + "\n", about});
+  };
+  add("report.json", document, "everything that is shown here, as truepose report --document reads it");
+  if (further.iso9283) add("iso9283.json", *further.iso9283, "the test by ISO 9283");
+  if (further.frame) add("frame.json", *further.frame, "the tool or base that was measured");
+  if (further.experiment) add("experiment.json", *further.experiment, "the experiment");
+  return files;
+}
+
+}  // namespace
+
+std::string csv_text(std::string_view text) {
+  std::ostringstream field;
+  field << std::quoted(text, '"', '"');
+  return field.str();
+}
+
+std::string measurements_csv(const std::vector<record::Point>& points) {
+  // A column that some points may lack is there only where all have it, but for the excess: it is empty where
+  // there is none.
+  const auto all_have = [&points](auto member) {
+    return std::ranges::all_of(points, [member](const record::Point& point) { return member(point); });
+  };
+  if (points.empty() || !all_have([](const auto& p) { return p.position.has_value(); })) return {};
+  const bool direction = all_have([](const auto&p) { return !p.direction.empty(); }),
+             payload = all_have([](const auto&p) { return p.payload.has_value(); }),
+             sigma = all_have([](const auto&p) { return p.sigma.has_value(); }),
+             excess = std::ranges::any_of(points, [](const auto&p) { return p.excess.has_value(); }),
+             time = all_have([](const auto&p) { return !p.time.empty(); });
+
+  std::string csv;
+  const std::size_t joints = points.front().joints.size();
+  for (std::size_t i = 1; i <= joints; ++i) csv += fmt::format("q{},", i);
+  csv += "x,y,z,";
+  for (std::size_t i = 1; direction && i <= joints; ++i) csv += fmt::format("dir{},", i);
+  if (payload) csv += "payload_kg,payload_x,payload_y,payload_z,";
+  csv += fmt::format("{}{}{}smr,set,pose\n", sigma ? "sigma," : "", excess ? "excess," : "",
+                     time ? "time," : "");
+  for (const record::Point& point : points) {
+    csv += fields(point.joints) + fields(*point.position);
+    if (direction) csv += fields(point.direction);
+    if (payload) csv += fmt::format("{},", point.payload->mass_kg) + fields(point.payload->centre_mm);
+    if (sigma) csv += fmt::format("{},", *point.sigma);
+    if (excess && point.excess) csv += fmt::format("{}", *point.excess);
+    if (excess) csv += ",";
+    if (time) csv += csv_text(point.time) + ",";
+    csv += fmt::format("{},{},{}\n", csv_text(point.smr), name_of(kPoseSetNames, point.set), point.pose);
+  }
+  return csv;
+}
+
+std::string render_html(const json::object& json, const FurtherDocuments& further) {
+  const ReportDocument document = read_document(json);
+  const std::string robot = document.robot.empty() ? "Robot arm" : document.robot;
+  std::string body = page_header("Calibration report", robot, identity(document));
+  for (const auto section :
+       {summary_section, statistics_section, production_section, conditions_section, histogram_section,
+        cloud_section, point_sections, joint_section, layer_section, transfer_section, rejected_section,
+        drift_section, parameters_section, unknown_section, stream_section}) {
+    body += section(document);
+  }
+  if (further.frame) body += frame_section(*further.frame);
+  if (further.iso9283) body += iso9283_section(*further.iso9283);
+  if (further.experiment) body += experiment_sections(*further.experiment);
+  body += raw_data_section(embedded_files(json, document, further));
+  return html_page(robot + ": calibration report", body);
+}
+
+}  // namespace truepose::report

@@ -1,0 +1,271 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/json/object.hpp>
+#include <cctype>
+#include <functional>
+
+#include "core/math/angles.hpp"
+#include "daemon/report/number_text.hpp"
+#include "daemon/report/report.hpp"
+#include "daemon/report/sections.hpp"
+
+namespace truepose::report {
+namespace {
+
+std::string title_of(const Stage& stage) {
+  std::string title(stage.name);
+  title[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(title[0])));
+  return title;
+}
+
+std::string cell(const Figure& figure, const Stage& stage) {
+  const double mm = figure.of(*stage.errors);
+  if (!stage.spread) return fmt::format("{:>13}", error_text(mm));
+  if (figure.spreads) return fmt::format("{:>18}", error_text(mm, figure.of(*stage.spread)));
+  return fmt::format("{:>10}        ", error_text(mm));  // as wide as with " ± 0.003"
+}
+
+std::string table(std::string_view title, const std::vector<Stage>& stages) {
+  std::string text = fmt::format("{}\n  {:<10}", title, "mm");
+  for (const Stage& stage : stages) text += fmt::format("{:>{}}", title_of(stage), stage.spread ? 18 : 13);
+  text += "\n";
+  for (const Figure& figure : kFigures) {
+    if (figure.name == "std") continue;
+    std::string line = fmt::format("  {:<10}", figure.name);
+    for (const Stage& stage : stages) line += cell(figure, stage);
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string tables(const ReportDocument& document) {
+  const auto counts = [](std::string_view set, const StageErrors& stages) {
+    return fmt::format("{}: {} poses, {} points", set, stages.poses, stages.points);
+  };
+  std::string text =
+      table(counts("Identification", document.identify), stages_of(document, PoseSet::Identify));
+  if (!document.validate) return text;
+  std::string title = counts("Validation", *document.validate);
+  if (const std::string runs = validation_text(document); !runs.empty()) title += ", " + runs;
+  return text + "\n" + table(title, stages_of(document, PoseSet::Validate));
+}
+
+std::string station_errors_text(const StageErrors& errors) {
+  return fmt::format("{} poses, mean error {} mm -> {} mm", errors.poses, error_text(errors.before.mean),
+                     error_text(errors.after.mean));
+}
+
+std::string station_lines(const std::vector<record::Station>& stations) {
+  if (stations.empty()) return {};
+  std::string text = "\nStations (the base of a model file is the one that the first of them sees):\n";
+  for (const record::Station& station : stations)
+    text += fmt::format("  {}: {}\n", station.name, station_text(station));
+  return text;
+}
+
+std::string deviation_lines(const LayerSelection& deviation) {
+  std::string groups;
+  for (const LayerChoice& group : deviation.tried) {
+    if (!group.chosen) continue;
+    groups += fmt::format("  without {:<22}{:>8} mm, {:.1f} % more\n", group_text(group.name),
+                          error_text(group.without_mm), 100 * (group.without_mm / group.with_mm - 1));
+  }
+  if (groups.empty()) return "\nJoint deviations: none predicts unseen poses better.\n";
+  return fmt::format("\nJoint deviations: cross-validated RMS {} mm -> {} mm\n",
+                     error_text(deviation.without_mm), error_text(deviation.with_mm)) +
+         groups;
+}
+
+std::string residual_lines(const LayerSelection& residual) {
+  for (const LayerChoice& kind : residual.tried) {
+    if (!kind.chosen) continue;
+    return fmt::format("\nResidual field: {}, cross-validated RMS {} mm -> {} mm\n", field_text(kind.name),
+                       error_text(kind.without_mm), error_text(kind.with_mm, kind.standard_error_mm));
+  }
+  return "\nResidual field: none predicts unseen poses better.\n";
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+std::string thermal_lines(const record::Thermal& thermal) {
+  if (!thermal.chosen) return "\nWarmth: the arm is predicted as well without it.\n";
+  std::string at =
+      fmt::format("lengths by {:.1f} ppm per kelvin; the model is that of drives at {:.1f} C on average",
+                  thermal.growth_ppm_per_k, mean_of(thermal.reference_c));
+  const double reached = mean_of(thermal.reference_c);
+  const std::string arm = reached < 1
+                              ? fmt::format("the arm at the last point, {:.0f} % of the way", 100 * reached)
+                              : "the warm arm";
+  if (thermal.time_constant_s > 0)
+    at = fmt::format("in {:.0f} min; the model is that of {}", thermal.time_constant_s / 60, arm);
+  if (thermal.time_constant_poses > 0)
+    at = fmt::format("in {:.0f} poses, by the order of the rows; the model is that of {}",
+                     thermal.time_constant_poses, arm);
+  return fmt::format("\nWarmth moves joint zeros and lengths, {}: cross-validated RMS {} mm -> {} mm\n", at,
+                     error_text(thermal.without_rms_mm), error_text(thermal.rms_mm));
+}
+
+std::string far_lines(std::string_view title, std::vector<record::Rejected> points) {
+  constexpr std::size_t kListed = 10;
+  if (points.empty()) return {};
+  std::ranges::stable_sort(points, std::ranges::greater{}, &record::Rejected::sigmas);
+  std::string text =
+      fmt::format("\n{}: {}{}\n", title, points.size(),
+                  points.size() > kListed ? fmt::format(", the worst {} of them", kListed) : "");
+  points.resize(std::min(points.size(), kListed));
+  for (const record::Rejected& point : points) {
+    text += fmt::format("  {}: {} mm, {:.0f} standard deviations\n", place_text(point),
+                        error_text(point.residual_mm), point.sigmas);
+  }
+  return text;
+}
+
+std::string sentence_lines(std::string_view title, const std::vector<std::string>& sentences) {
+  if (sentences.empty()) return {};
+  std::string text = fmt::format("\n{}:\n", title);
+  for (const std::string& sentence : sentences) text += "  " + sentence + "\n";
+  return text;
+}
+
+/// What was found beside errors and parameters, each part after an empty line.
+std::string findings(const ReportDocument& document) {
+  std::string text = station_lines(document.stations);
+  if (document.deviation_layers) text += deviation_lines(*document.deviation_layers);
+  if (document.residual_layers) text += residual_lines(*document.residual_layers);
+  if (document.thermal) text += thermal_lines(*document.thermal);
+  text += far_lines("Points to identify that were left out", document.rejected) +
+          far_lines("Validation points beyond six sigma", document.far_validation);
+  if (const auto& told = document.observability) {
+    text += sentence_lines("What the poses cannot tell", told->unknown) +
+            sentence_lines("What the data sheet knows better", told->weak);
+  }
+  if (const std::string prior = prior_text(document); !prior.empty()) text += "\n" + prior + "\n";
+  if (document.transfer) {
+    text += fmt::format("\n{}\n", transfer_text(*document.transfer));
+    if (!document.transfer->warning.empty()) text += fmt::format("Warning: {}\n", document.transfer->warning);
+  }
+  if (document.production)
+    text += fmt::format("\nProduction: {}\n", production_verdict(*document.production).sentence);
+  return text;
+}
+
+std::string verdict_lines(const ReportDocument& document) {
+  std::string text =
+      fmt::format("\nVerdict: {}. {}.\n", name_of(kVerdictColorNames, document.verdict->color()),
+                  verdict_heading(document));
+  for (const Finding& finding : document.verdict->findings)
+    text += fmt::format("  {}: {}\n", name_of(kSeverityNames, finding.severity), finding.sentence);
+  return text;
+}
+
+}  // namespace
+
+std::string render_text(const boost::json::object& json) {
+  const ReportDocument document = read_document(json);
+  std::string text = tables(document);
+  text += fmt::format("\nMean position error {} mm -> {} mm, {}. {} of {} geometric parameters determined.\n",
+                      error_text(document.judged().before.mean), error_text(document.achieved().mean),
+                      improvement_text(document), document.rank, document.geometric_parameters());
+  return text + findings(document) + verdict_lines(document);
+}
+
+std::string why_unusable(const boost::json::object& json) {
+  const ReportDocument document = read_document(json);
+  if (document.verdict->failed()) return document.verdict->findings.front().sentence;
+  if (document.production && document.production->accuracy.refuted())
+    return fmt::format("in production ({}) the correction brings the arm no nearer",
+                       document.production->path.program);
+  return {};
+}
+
+std::string improvement_text(const ReportDocument& document) {
+  if (!document.improved()) return "no improvement";
+  return factor_text(document.judged().before.mean, document.achieved().mean) + " times more accurate";
+}
+
+std::string group_text(std::string_view name) {
+  const std::size_t dot = name.find('.');
+  if (dot == std::string_view::npos || !name.starts_with("joint")) return std::string(name);
+  const std::string_view joint = name.substr(5, dot - 5), kind = name.substr(dot + 1);
+  if (kind.starts_with("harmonic")) return fmt::format("joint {}, harmonic {}", joint, kind.substr(8));
+  return fmt::format("joint {}, {}", joint, kind);
+}
+
+std::string field_text(std::string_view name) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFields{
+      {{"gp", "Gaussian process"},
+       {"kriging", "kriging"},
+       {"idw", "inverse distance"},
+       {"mls", "moving least squares"},
+       {"nn", "neural network"}}};
+  for (const auto& [field, text] : kFields) {
+    if (field == name) return std::string(text);
+  }
+  return std::string(name);
+}
+
+std::string validation_text(const ReportDocument& document) {
+  if (!document.spread) return {};
+  if (!document.cross_validated())
+    return fmt::format("mean ± standard deviation over {} splits", document.spread->count);
+  return fmt::format(
+      "each pose predicted by the one of {} fits that had not seen it (± standard deviation over the folds)",
+      document.spread->count);
+}
+
+std::string prior_text(const ReportDocument& document) {
+  if (!document.prior) return {};
+  double from_prior = 0;
+  int links = 0, mostly = 0;
+  for (const IdentifiedParameter& p : document.parameters) {
+    if (!p.name.starts_with("link")) continue;
+    ++links;
+    from_prior += 1 - p.data_share;
+    mostly += p.data_share < 0.5;
+  }
+  std::string text = fmt::format(
+      "The poses do not show all link errors well, so these were taken as small ({} mm, {} deg, one standard "
+      "deviation) before they were measured.",
+      sigma_text(document.prior->scale.length_mm), sigma_text(document.prior->scale.angle_rad * kDegPerRad));
+  if (links > 0) {
+    text += fmt::format(
+        " This prior makes up {:.0f} % of what is known of them, and more than half of it for {} of {} link "
+        "parameters.",
+        100 * from_prior / links, mostly, links);
+  }
+  return text;
+}
+
+std::string place_text(const record::Rejected& point) {
+  std::string place;
+  const auto add = [&place](std::string_view part, const std::string& which) {
+    place += fmt::format("{}{} {}", place.empty() ? "" : ", ", part, which);
+  };
+  if (!point.station.empty()) add("station", point.station);
+  if (point.pose > 0) add("pose", std::to_string(point.pose));
+  if (!point.smr.empty()) add("reflector", point.smr);
+  if (point.row > 0) add("row", std::to_string(point.row));
+  return place;
+}
+
+std::string station_text(const record::Station& station) {
+  std::string text = station_errors_text(station.identify);
+  if (station.validate) text += fmt::format("; validation {}", station_errors_text(*station.validate));
+  return text;
+}
+
+std::string transfer_text(const record::Transfer& transfer) {
+  return fmt::format(
+      "The position of an unmeasured pose is predicted with a standard deviation of {} mm (RMS over the joint "
+      "limits), {} mm at worst.",
+      sigma_text(transfer.rms_mm), sigma_text(transfer.max_mm));
+}
+
+}  // namespace truepose::report
