@@ -141,7 +141,7 @@ class WriteIo {
   }
   template <class T, class... How>
   void optional(std::string_view key, const T& x, const How&... how) {
-    if (!is_empty(x)) (*this)(key, x, how...);
+    if (!record::is_empty(x)) (*this)(key, x, how...);
   }
   void on_read(const auto&, const auto&) {}
   bool has(std::string_view, bool there) const { return there; }
