@@ -234,7 +234,7 @@ TEST_F(StoreTest, LetsAnInterruptedCampaignGoOnAndKeepsWhatWasFound) {
     EXPECT_EQ(store.campaign("c1").value()->state, "running");
     EXPECT_TRUE(store.plans().interrupted()->empty());
     ASSERT_TRUE(
-        store.plans().add_resumption("c1", {"2026-08-17T11:00:00Z", "2026-08-17T12:00:00Z", "it moved", X}));
+        store.plans().add_resumption("c1", {{"2026-08-17T11:00:00Z", "2026-08-17T12:00:00Z", "it moved"}, X}));
     StoredPoint later = point(7);
     later.resumption = 1;
     ASSERT_TRUE(store.add_point("c1", later));
