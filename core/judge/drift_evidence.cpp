@@ -17,8 +17,6 @@ bool is_angle(const ParameterLayout& layout, int parameter) {
   return entry != ParameterLayout::kA && entry != ParameterLayout::kD;
 }
 
-}  // namespace
-
 Eigen::MatrixXd directions_of(const PossibleChange& change, const CalibratedCell& cell) {
   constexpr double kThousandth = 1e-3;
   const ParameterLayout layout = ParameterLayout::of(cell);
@@ -35,6 +33,18 @@ Eigen::MatrixXd directions_of(const PossibleChange& change, const CalibratedCell
     directions(parameter, k) = is_angle(layout, parameter) ? kThousandth : 1;
   }
   return directions;
+}
+
+}  // namespace
+
+Eigen::MatrixXd directions_of(std::span<const PossibleChange> changes, const CalibratedCell& cell) {
+  Eigen::MatrixXd all(ParameterLayout::of(cell).size(), 0);
+  for (const PossibleChange& change : changes) {
+    const Eigen::MatrixXd directions = directions_of(change, cell);
+    all.conservativeResize(Eigen::NoChange, all.cols() + directions.cols());
+    all.rightCols(directions.cols()) = directions;
+  }
+  return all;
 }
 
 Eigen::MatrixXd covariance_of(const std::vector<ChangePrior>& priors, const ChangePrior* without,
@@ -81,9 +91,7 @@ class ChangeEvidence {
   Eigen::VectorXd s2_, c2_;
 };
 
-bool is_wrong_reading(const ChangePrior& prior) {
-  return prior.change.what.kind == ChangeKind::Reading && prior.width > 0;
-}
+bool is_wrong_reading(const ChangePrior& prior) { return prior.is(ChangeKind::Reading) && prior.width > 0; }
 
 /// Takes the step that raises the evidence most: a change more, one less, or another width.
 /// @return whether one paid
@@ -94,7 +102,7 @@ bool step_up(std::vector<ChangePrior>& priors, const Eigen::VectorXd& b) {
   ChangePrior* best = nullptr;
   double best_width = 0, best_gain = 0;
   for (ChangePrior& prior : priors) {
-    if (prior.change.what.kind == ChangeKind::Reading && prior.width == 0 && !may_be_wrong) continue;
+    if (prior.is(ChangeKind::Reading) && prior.width == 0 && !may_be_wrong) continue;
     const ChangeEvidence evidence(prior, covariance_of(priors, &prior, b.size()), b);
     const double width = evidence.best_width(prior.least);
     const double gain = evidence.at(width) - evidence.at(prior.width);

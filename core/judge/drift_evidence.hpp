@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "core/identify/calibrated_cell.hpp"
@@ -15,18 +16,20 @@ namespace truepose {
 /// Source: Kass, Raftery, Bayes factors, JASA 90 (1995): strong evidence.
 inline const double kPays = std::log(20.0);
 
-/// A change and the width of its prior.
+/// Changes whose unknowns have a prior of one width.
 struct ChangePrior {
-  PossibleChange change;
+  std::vector<PossibleChange> changes;
   Eigen::MatrixXd directions;  ///< parameters per unit of each unknown; zero for a reading
   Eigen::MatrixXd columns;     ///< by which the units move the whitened residuals
   double least = 0;            ///< width: above 0, the change is known to have happened
   double width = 0;            ///< standard deviation in units; 0: it is taken not to have happened
+
+  bool is(ChangeKind kind) const { return changes.front().what.kind == kind; }
 };
 
-/// How a change's unknowns move the parameters: a column each for a mm, a mrad or a thousandth of all
+/// How the changes' unknowns move the parameters: a column each for a mm, a mrad or a thousandth of all
 /// lengths, which one metre away are much the same.
-Eigen::MatrixXd directions_of(const PossibleChange& change, const CalibratedCell& cell);
+Eigen::MatrixXd directions_of(std::span<const PossibleChange> changes, const CalibratedCell& cell);
 
 /// Chooses the widths by which the whitened residuals b are most probable, beginning with the least ones: one
 /// change after the other is taken in, let go or changed as long as that pays. Of four points one may be

@@ -31,6 +31,7 @@ bool far_off(const CalibratedCell& cell, std::span<const Measurement> points) {
 struct Possible {
   bool readings = false;               ///< that are wrong
   bool set_up_anew = false;            ///< the tracker: the base scatters about a rigid fit
+  bool all_zeros = false;              ///< moved by one cause, if any did, and by ways alike
   std::optional<PossibleChange> link;  ///< one parameter that changed; null: all lengths, by the same share
 };
 
@@ -43,15 +44,22 @@ struct Fit {
   std::vector<ChangePrior> priors;
   ChangePosterior posterior;
   double evidence = -HUGE_VAL;  ///< its logarithm, but for a constant
+  Eigen::MatrixXd covariance;   ///< of the parameters
 };
 
 Fit start_of(const DriftReference& reference, std::span<const Measurement> points, const Possible& possible) {
   Fit fit{.possible = possible, .cell = reference.cell};
-  for (PossibleChange& change : shown_changes(reference.cell, points))
-    fit.priors.push_back({.change = std::move(change)});
-  fit.priors.push_back({.change = possible.link.value_or(growth_of(reference.cell))});
+  for (PossibleChange& change : shown_changes(reference.cell, points)) {
+    const bool is_zero = change.what.kind == ChangeKind::JointZero;
+    if (possible.all_zeros && is_zero && fit.priors.back().is(ChangeKind::JointZero))
+      fit.priors.back().changes.push_back(std::move(change));
+    else
+      fit.priors.push_back({.changes = {std::move(change)}});
+  }
+  fit.priors.push_back({.changes = {possible.link.value_or(growth_of(reference.cell))}});
   if (possible.readings) {
-    for (PossibleChange& change : wrong_readings(points)) fit.priors.push_back({.change = std::move(change)});
+    for (PossibleChange& change : wrong_readings(points))
+      fit.priors.push_back({.changes = {std::move(change)}});
   }
   if (possible.set_up_anew) {
     fit.cell = with_fitted_base(reference.cell, points);
@@ -63,9 +71,9 @@ Fit start_of(const DriftReference& reference, std::span<const Measurement> point
 
 void fill_columns(Fit& fit) {
   for (ChangePrior& prior : fit.priors) {
-    prior.directions = directions_of(prior.change, fit.cell);
-    if (prior.change.what.kind == ChangeKind::Reading)
-      prior.columns = fit.residuals.inverse.middleCols<3>(3 * prior.change.what.index);
+    prior.directions = directions_of(prior.changes, fit.cell);
+    if (prior.is(ChangeKind::Reading))
+      prior.columns = fit.residuals.inverse.middleCols<3>(3 * prior.changes.front().what.index);
     else
       prior.columns = times(fit.residuals.J, prior.directions);
   }
@@ -76,6 +84,17 @@ double evidence_of(const Fit& fit) {
   const double det =
       CholeskyFactor(K).log_determinant() - 2 * fit.residuals.inverse.diagonal().array().log().sum();
   return -0.5 * (fit.posterior.left.squaredNorm() + fit.posterior.z.squaredNorm() + det);
+}
+
+/// Of the parameters: what the calibration left open, less what of it the estimate has taken in, and what the
+/// points leave open of the changes.
+Eigen::MatrixXd updated_covariance(const DriftReference& reference, const Fit& fit) {
+  const ChangePosterior& p = fit.posterior;
+  const Eigen::MatrixXd changes = congruence(p.D, p.H);
+  if (reference.covariance.size() == 0) return changes;
+  const Eigen::MatrixXd estimate = times(times(p.D, times_transposed(p.H, p.B)), fit.residuals.J);
+  const Eigen::MatrixXd taken_in = times(estimate, reference.covariance);
+  return reference.covariance + changes - taken_in - taken_in.transpose();
 }
 
 /// Gauss-Newton, the widths chosen anew until it settles.
@@ -99,28 +118,58 @@ std::expected<Fit, std::string> fitted(const DriftReference& reference, std::spa
     move_by(fit.cell, x - fit.x);
     fit.x = x;
   }
+  fit.covariance = updated_covariance(reference, fit);
   return fit;
+}
+
+/// The logarithm of how probable a fit is beside others: every change that it takes to have happened was
+/// improbable.
+double probability_of(const Fit& fit) {
+  const auto happened = [](const ChangePrior& prior) { return prior.width > 0; };
+  return fit.evidence - kPays * static_cast<double>(std::ranges::count_if(fit.priors, happened));
+}
+
+/// The more probable of two fits to the same points. Where the other one is the truth after all, the
+/// parameters are off by what lies between the two.
+Fit likelier_of(Fit fit, Fit other) {
+  const double ahead = probability_of(fit) - probability_of(other);
+  if (ahead < 0) return likelier_of(std::move(other), std::move(fit));
+  const Eigen::VectorXd between = other.x - fit.x;
+  fit.covariance +=
+      (other.covariance - fit.covariance + between * between.transpose()) / (1 + std::exp(ahead));
+  return fit;
+}
+
+/// Zeros that moved one by one, or all by one cause, as those of an arm that warmed up, by what is more
+/// probable.
+std::expected<Fit, std::string> likelier_fit(const DriftReference& reference,
+                                             std::span<const Measurement> points, Possible possible) {
+  auto one_by_one = fitted(reference, points, possible);
+  if (!one_by_one) return one_by_one;
+  possible.all_zeros = true;
+  auto all = fitted(reference, points, possible);
+  if (!all) return all;
+  return likelier_of(*std::move(one_by_one), *std::move(all));
 }
 
 /// The most probable explanation; one without a wrong reading unless the evidence speaks against that.
 std::expected<Fit, std::string> best_fit(const DriftReference& reference,
                                          std::span<const Measurement> points) {
-  auto best = fitted(reference, points, {});
+  auto best = likelier_fit(reference, points, {});
   if (!best) return best;
   const bool far = far_off(reference.cell, points);
   for (const Possible& possible : {Possible{.set_up_anew = true}, Possible{.readings = true},
                                    Possible{.readings = true, .set_up_anew = true}}) {
     if (possible.set_up_anew && !far) continue;
-    auto fit = fitted(reference, points, possible);
+    auto fit = likelier_fit(reference, points, possible);
     if (fit && fit->evidence > best->evidence + kPays) best = std::move(fit);
   }
   return best;
 }
 
 bool has_grown(const Fit& fit) {
-  return std::ranges::any_of(fit.priors, [](const ChangePrior& prior) {
-    return prior.change.what.kind == ChangeKind::Growth && prior.width > 0;
-  });
+  return std::ranges::any_of(
+      fit.priors, [](const ChangePrior& prior) { return prior.is(ChangeKind::Growth) && prior.width > 0; });
 }
 
 /// The parameter of a link that, changed alone, makes the points more probable: than an arm that grew by any
@@ -147,37 +196,32 @@ int degrees_left(const Fit& fit) {
   return static_cast<int>(fit.posterior.left.size() - std::llround(fit.posterior.determined()));
 }
 
-/// Of the parameters: what the calibration left open, less what of it the estimate has taken in, and what the
-/// points leave open of the changes.
-Eigen::MatrixXd updated_covariance(const DriftReference& reference, const Fit& fit) {
-  const ChangePosterior& p = fit.posterior;
-  const Eigen::MatrixXd changes = congruence(p.D, p.H);
-  if (reference.covariance.size() == 0) return changes;
-  const Eigen::MatrixXd estimate = times(times(p.D, times_transposed(p.H, p.B)), fit.residuals.J);
-  const Eigen::MatrixXd taken_in = times(estimate, reference.covariance);
-  return reference.covariance + changes - taken_in - taken_in.transpose();
+bool moves_parameters(ChangeKind kind) { return kind != ChangeKind::Reading && kind != ChangeKind::Growth; }
+
+/// What one of each of a change's unknowns is: a mm in mm, a mrad in rad, a thousandth of all lengths.
+Eigen::VectorXd units_of(const PossibleChange& change, const CalibratedCell& cell) {
+  if (moves_parameters(change.what.kind)) return directions_of({&change, 1}, cell).colwise().sum();
+  if (change.what.kind == ChangeKind::Growth) return Eigen::VectorXd::Constant(1, 1e-3);
+  return Eigen::Vector3d::Ones();
 }
 
 /// What moved of the cell, and the readings that are wrong.
 void tell_moves(const DriftReference& reference, const Fit& fit, DriftUpdate& update) {
   const ChangePosterior& p = fit.posterior;
-  Eigen::Index column = 0;
+  Eigen::Index unknown = 0;
   for (const ChangePrior& prior : fit.priors) {
     if (prior.width == 0) continue;
-    const auto of_change = Eigen::seqN(column, prior.columns.cols());
-    column += prior.columns.cols();
-    const ChangeKind kind = prior.change.what.kind;
-    const bool reading = kind == ChangeKind::Reading;
-    // Its unknowns are mm, but of growth thousandths.
-    const double unit = kind == ChangeKind::Growth ? 1e-3 : 1;
-    const bool of_parameters = !reading && kind != ChangeKind::Growth;
-    const Eigen::VectorXd per_unit = of_parameters ? Eigen::VectorXd(prior.directions.colwise().sum())
-                                                   : Eigen::VectorXd::Constant(prior.columns.cols(), unit);
-    const Eigen::VectorXd sigma = prior.width * per_unit.cwiseProduct(p.H.diagonal()(of_change).cwiseSqrt());
-    const Eigen::VectorXd moved = of_parameters
-                                      ? moved_between(reference.cell, fit.cell, prior.change.what)
-                                      : Eigen::VectorXd(prior.width * per_unit.cwiseProduct(p.z(of_change)));
-    (reading ? update.wrong : update.moves).push_back({prior.change.what, moved, sigma});
+    for (const PossibleChange& change : prior.changes) {
+      const Eigen::VectorXd units = prior.width * units_of(change, fit.cell);
+      const auto of_change = Eigen::seqN(unknown, units.size());
+      unknown += units.size();
+      const ChangeKind kind = change.what.kind;
+      const Eigen::VectorXd moved = moves_parameters(kind)
+                                        ? moved_between(reference.cell, fit.cell, change.what)
+                                        : Eigen::VectorXd(units.cwiseProduct(p.z(of_change)));
+      (kind == ChangeKind::Reading ? update.wrong : update.moves)
+          .push_back({change.what, moved, units.cwiseProduct(p.H.diagonal()(of_change).cwiseSqrt())});
+    }
   }
 }
 
@@ -255,7 +299,7 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
                                                            std::span<const Measurement> points) {
   const auto fit = best_fit(reference, points);
   if (!fit) return std::unexpected(fit.error());
-  DriftUpdate update{.cell = fit->cell, .covariance = updated_covariance(reference, *fit)};
+  DriftUpdate update{.cell = fit->cell, .covariance = fit->covariance};
   tell_moves(reference, *fit, update);
   const std::vector<LeftOut> alone = left_out(*fit);
   tell_errors(reference, points, alone, update);

@@ -39,9 +39,11 @@ struct DriftUpdate {
 ///
 /// Each change has a width of its own, zero unless the evidence of the points (their probability with all
 /// changes integrated out) grows by more than twenty times with it, so that nothing moves by chance; a wrong
-/// reading is a change like others. The update is doubted where what it leaves is no chance, where the
-/// others contradict a point, where points predicted without them are no better than before, and where one
-/// parameter of a link that changed explains them better than an arm that grew.
+/// reading is a change like others. All joints' zeros have one width together where that is more probable
+/// than a few that moved by themselves: of an arm that warmed up none is known to be still. The update is
+/// doubted where what it leaves is no chance, where the others contradict a point, where points predicted
+/// without them are no better than before, and where one parameter of a link that changed explains them
+/// better than an arm that grew.
 ///
 /// @param points  at least one; reflectors by index of the cell's
 /// Errors: as drift_check().

@@ -105,6 +105,37 @@ TEST_F(UpdateOfAnExactModel, BringsBackBaseZeroAndReflectorAtOnce) {
   EXPECT_LT(largest_miss(update.cell), 0.05);
 }
 
+TEST_F(UpdateOfAnExactModel, TakesNoZeroOfAnArmThatWarmedUpAsKnownToBeStill) {
+  constexpr std::array kTurned_deg{0.006, -0.008, 0.007, 0.009, -0.0005, 0.001};
+  for (std::size_t i = 0; i < 6; ++i) truth_.robot.joints[i].theta_rad += kTurned_deg[i] * kRadPerDeg;
+  const DriftUpdate update = updated(points());
+  EXPECT_TRUE(update.doubts.empty()) << update.doubts.front();
+  ASSERT_EQ(update.moves.size(), 6U);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const DriftMove& move = update.moves[i];
+    EXPECT_EQ(move.what, (Change{ChangeKind::JointZero, static_cast<int>(i)}));
+    const double turned_rad = moved_between(reference_.cell, truth_, move.what)[0];
+    EXPECT_NEAR(move.moved[0], turned_rad, 3 * move.sigma[0]) << i;
+    EXPECT_GT(move.sigma[0], 1e-4 * kRadPerDeg) << i;
+  }
+  EXPECT_LT(largest_miss(update.cell), 0.02);
+}
+
+TEST_F(UpdateOfAnExactModel, IsLessSureOfZerosThatSeemStillTheMoreOthersMoved) {
+  const auto sigma_rad = [&](double second_deg) {
+    truth_.robot = reference_.cell.robot;
+    truth_.robot.joints[1].theta_rad += 0.012 * kRadPerDeg;
+    truth_.robot.joints[2].theta_rad += second_deg * kRadPerDeg;
+    const DriftUpdate update = updated(points());
+    EXPECT_EQ(update.moves.size(), second_deg == 0 ? 1U : 2U);
+    const int zero = zero_parameter(update.cell.robot, ParameterLayout::of(update.cell), 4);
+    return std::sqrt(update.covariance(zero, zero));
+  };
+  const double one_rad = sigma_rad(0), two_rad = sigma_rad(-0.012);
+  EXPECT_GT(one_rad, 0);
+  EXPECT_GT(two_rad, 2 * one_rad);
+}
+
 TEST_F(UpdateOfAnExactModel, FindsATrackerThatWasSetUpElsewhere) {
   truth_.base = BasePose::of(pose_from_kuka({-3000, 2500, 400}, {150, 2, -3}) * truth_.base.isometry());
   const DriftUpdate update = updated(points());
