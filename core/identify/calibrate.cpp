@@ -221,6 +221,16 @@ struct Identified {
   Screened gross;
 };
 
+/// From the points that are not screened out.
+std::expected<Identified, CalibrationError> identified(const RobotModel& nominal, const MeasurementData& data,
+                                                       const CalibrateOptions& options, Screened gross) {
+  auto good = std::make_unique<const MeasurementData>(without(gross.to_identify, data));
+  auto id = std::make_unique<Identification>(nominal, *good, options);
+  if (auto error = identify_geometry(*id)) return std::unexpected(*error);
+  if (auto error = fit_deviations(*id)) return std::unexpected(*error);
+  return Identified{std::move(good), std::move(id), std::move(gross)};
+}
+
 /// A plain fit where all points agree with it; else, once the model is checked, from the points that are not
 /// screened out.
 ///
@@ -238,12 +248,8 @@ std::expected<Identified, CalibrationError> identified(const RobotModel& nominal
   if (check_model) {
     if (auto error = wrong_model(nominal, data)) return std::unexpected(std::move(*error));
   }
-  Screened gross = options.loss == Loss::Screened ? screened(nominal, data, options) : Screened{};
-  auto good = std::make_unique<const MeasurementData>(without(gross.to_identify, data));
-  auto id = std::make_unique<Identification>(nominal, *good, options);
-  if (auto error = identify_geometry(*id)) return std::unexpected(*error);
-  if (auto error = fit_deviations(*id)) return std::unexpected(*error);
-  return Identified{std::move(good), std::move(id), std::move(gross)};
+  return identified(nominal, data, options,
+                    options.loss == Loss::Screened ? screened(nominal, data, options) : Screened{});
 }
 
 std::vector<RejectedPoint> rejected(const Identified& made) {
@@ -340,9 +346,11 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
   auto made = identified(nominal, data, options, options.check_model);
   if (!made) return std::unexpected(made.error());
   MeasurementData there;  // as it would have been at the reference temperatures
-  const auto again = [&](const MeasurementData& next) -> std::expected<ThermalBasis, CalibrationError> {
+  const auto again = [&](const MeasurementData& next,
+                         Screening screening) -> std::expected<ThermalBasis, CalibrationError> {
     there = next;
-    made = identified(nominal, there, options, false);
+    made = screening == Screening::Kept ? identified(nominal, there, options, std::move(made->gross))
+                                        : identified(nominal, there, options, false);
     if (!made) return std::unexpected(made.error());
     return thermal_basis(*made);
   };
@@ -358,6 +366,7 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
     if (result.thermal->response) inflate(result, (*thermal)->inflation);
   }
   result.misfit_mm = left_mm;
+  result.transfer = transfer_of(result.cell, result.covariance);
   add_misfit(result.transfer, left_mm);
   return result;
 }
