@@ -184,6 +184,57 @@ TEST(ThermalResponseOverManyArms, IsNotKeptWhereTheArmDoesNotChange) {
   EXPECT_LE(kept, runs / 50 + 1);
 }
 
+/// Of an arm whose answer to warmth hides a gross error as long as nobody knows it.
+TEST(ThermalResponseOverManyArms, ShowsGrossErrorsThatHidBehindWarmth) {
+  const int runs = trials(50);
+  int hidden = 0, shown = 0, others = 0;
+  for (int run = 0; run < runs; ++run) {
+    WarmingCell cell(static_cast<std::uint64_t>(run));
+    MeasurementData data = cell.measured(60, 0);
+    data.points[30].p_WS_mm += Eigen::Vector3d{0.3, 0.3, -0.3};
+    const std::vector<RejectedPoint> without = calibrated(data, ThermalUse::Off).rejected;
+    if (std::ranges::count(without, 30u, &RejectedPoint::point) > 0) continue;
+    ++hidden;
+    const std::vector<RejectedPoint> with = calibrated(data, ThermalUse::Temperatures).rejected;
+    const auto found = std::ranges::count(with, 30u, &RejectedPoint::point);
+    shown += found > 0;
+    others += static_cast<int>(std::ssize(with) - found);
+  }
+  std::cout << "gross errors hidden by warmth, of " << runs << ": " << hidden << ", then shown " << shown
+            << ", good points taken for such " << others << '\n';
+  EXPECT_GE(hidden, runs / 4);
+  EXPECT_GE(shown, hidden - hidden / 20);
+  EXPECT_LE(others, runs / 20);
+}
+
+TEST(ThermalResponseOverManyArms, IsTheSameToTheLastBitWithAnyNumberOfThreads) {
+  WarmingCell cell(3);
+  MeasurementData data = cell.measured(180, 20);
+  for (const std::size_t i : {20u, 90u}) data.points[i].p_WS_mm.x() += 2;
+  CalibrateOptions options{.noise = kReadingNoise,
+                           .deviation = true,
+                           .residual = *residual_kinds("auto"),
+                           .thermal = ThermalUse::Temperatures};
+  const auto alone = calibrate(example::kr210(), data, options);
+  ASSERT_TRUE(alone) << alone.error().detail;
+  ASSERT_TRUE(alone->thermal && alone->thermal->response);
+  EXPECT_EQ(alone->rejected.size(), 2u);
+  for (const int jobs : {2, 5}) {
+    options.jobs = jobs;
+    const auto with = calibrate(example::kr210(), data, options);
+    ASSERT_TRUE(with) << with.error().detail;
+    EXPECT_EQ(parameter_values(with->cell), parameter_values(alone->cell)) << jobs << " threads";
+    EXPECT_EQ(with->covariance, alone->covariance) << jobs << " threads";
+    EXPECT_EQ(with->transfer.rms_mm, alone->transfer.rms_mm) << jobs << " threads";
+    EXPECT_EQ(with->thermal->response->per_kelvin, alone->thermal->response->per_kelvin)
+        << jobs << " threads";
+    EXPECT_EQ(with->rejected.size(), alone->rejected.size()) << jobs << " threads";
+    for (std::size_t k = 0; k < alone->residual->tried.size(); ++k)
+      EXPECT_EQ(with->residual->tried[k].predicted, alone->residual->tried[k].predicted)
+          << jobs << " threads";
+  }
+}
+
 /// The same with neither temperatures nor times.
 MeasurementData in_order_alone(MeasurementData data) {
   for (Measurement& point : data.points) {
