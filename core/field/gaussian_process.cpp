@@ -1,6 +1,7 @@
 #include "core/field/gaussian_process.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -9,6 +10,7 @@
 #include "core/field/point_cloud.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/lbfgs.hpp"
+#include "core/math/parallel.hpp"
 #include "core/math/random.hpp"
 
 namespace truepose {
@@ -205,13 +207,17 @@ MostEvident maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T
 
 }  // namespace
 
-std::map<std::string, double> gaussian_process_hyper(const RegressionData& data) {
+std::map<std::string, double> gaussian_process_hyper(const RegressionData& data, int jobs) {
   const Eigen::MatrixXd Z = FeatureScale{data.X}.apply_all(data.X);
   const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
-  const MostEvident smooth = maximise_evidence(Z, T, Correlation::SquaredExponential);
-  const MostEvident rough = maximise_evidence(Z, T, Correlation::Matern52);
+  constexpr std::array kCorrelations{Correlation::Matern52, Correlation::SquaredExponential};
+  std::array<MostEvident, kCorrelations.size()> found;
+  parallel_for(static_cast<int>(found.size()), jobs, [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    found[k] = maximise_evidence(Z, T, kCorrelations[k]);
+  });
   const GaussianProcessHyper& best =
-      smooth.negative_log_evidence < rough.negative_log_evidence ? smooth.hyper : rough.hyper;
+      std::ranges::min_element(found, {}, &MostEvident::negative_log_evidence)->hyper;
   std::map<std::string, double> hyper{{"matern", best.correlation == Correlation::Matern52 ? 1 : 0},
                                       {"noise_ratio", best.noise_ratio}};
   for (Eigen::Index k = 0; k < best.lengths.size(); ++k) hyper[length_name(k)] = best.lengths[k];

@@ -130,8 +130,8 @@ Eigen::MatrixXd assess(Identification& id) {
     seen = {seen.f(rows), seen.J(rows, Eigen::all)};
   }
   Eigen::MatrixXd R = triangular_factor(seen.J.topRows(trusted));
-  id.uncertainty = uncertainty_of(trusted_part(id, seen.f.head(trusted), R), id.problem, size,
-                                  static_cast<int>(trusted));
+  id.uncertainty =
+      uncertainty_of(trusted_part(id, seen.f.head(trusted), R), id.problem, size, static_cast<int>(trusted));
   if (others > 0) {
     Eigen::MatrixXd all(R.rows() + others, size);
     all << R, seen.J.bottomRows(others);
@@ -148,9 +148,9 @@ void fit_chosen_deviations(Identification& id) {
   const TrustedProblem trusted = trusted_problem(id);
   const ScaleExpectation expected{.noise = expected_noise(id.points.stated_sigma_mm()),
                                   .links = id.options.prior_scale};
-  id.result.deviation =
-      choose_deviation(id.fit.cell, trusted.problem,
-                       deviation_groups(id.nominal, trusted.points, id.options.harmonics), expected);
+  id.result.deviation = choose_deviation(id.fit.cell, trusted.problem,
+                                         deviation_groups(id.nominal, trusted.points, id.options.harmonics),
+                                         expected, id.options.jobs);
   const DeviationChoice& choice = *id.result.deviation;
   if (choice.terms.empty()) return;
 
