@@ -186,31 +186,30 @@ TEST(ThermalResponseOverManyArms, IsNotKeptWhereTheArmDoesNotChange) {
 
 /// As long as nobody knows the arm's answer to warmth, it hides them.
 TEST(ThermalResponseOverManyArms, ShowsGrossErrorsThatHidBehindWarmth) {
+  constexpr double kOff_mm = 0.22;
   const int runs = trials(50);
   int hidden = 0, shown = 0, others = 0;
   for (int run = 0; run < runs; ++run) {
     WarmingCell cell(static_cast<std::uint64_t>(run));
     const MeasurementData good = cell.measured(60, 0);
-    for (const double off_mm : {0.25, 0.3, 0.35, 0.4}) {
+    for (const std::size_t point : {2u, 7u, 12u, 22u, 32u, 42u}) {
       MeasurementData data = good;
-      data.points[30].p_WS_mm.z() += off_mm;
+      data.points[point].p_WS_mm.z() += kOff_mm;
       const auto is_left_out = [&](ThermalUse use) {
         const std::vector<RejectedPoint> rejected = calibrated(data, use).rejected;
-        const auto found = std::ranges::count(rejected, 30u, &RejectedPoint::point);
+        const auto found = std::ranges::count(rejected, point, &RejectedPoint::point);
         if (use != ThermalUse::Off) others += static_cast<int>(std::ssize(rejected) - found);
         return found > 0;
       };
       if (is_left_out(ThermalUse::Off)) continue;
       ++hidden;
-      const bool now = is_left_out(ThermalUse::Temperatures);
-      if (std::getenv("SPD")) std::cout << run << ' ' << off_mm << ' ' << now << '\n';
-      shown += now;
+      shown += is_left_out(ThermalUse::Temperatures);
     }
   }
   std::cout << "seeds 0.." << runs - 1 << ": gross errors hidden by warmth: " << hidden << ", then shown "
             << shown << ", good points taken for such " << others << '\n';
-  EXPECT_GE(hidden, runs);
-  EXPECT_GE(shown, hidden / 2);
+  EXPECT_GE(hidden, runs / 2);
+  EXPECT_GE(shown, hidden - hidden / 5);
   EXPECT_LE(others, runs / 10);
 }
 
