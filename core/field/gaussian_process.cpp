@@ -1,6 +1,7 @@
 #include "core/field/gaussian_process.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -9,6 +10,7 @@
 #include "core/field/point_cloud.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/lbfgs.hpp"
+#include "core/math/parallel.hpp"
 #include "core/math/random.hpp"
 
 namespace truepose {
@@ -25,18 +27,23 @@ constexpr LogPrior kNoise{-2, 3};
 /// Least ratio of noise to signal: keeps rounding errors out of predictions where data are free of noise.
 constexpr double kLeastNoiseRatio = 1e-7;
 
+/// @param C  correlations of all points
+CholeskyFactor with_noise(Eigen::MatrixXd C, double noise_ratio) {
+  C.diagonal().setConstant(1 + noise_ratio);
+  CholeskyFactor factor{C};
+  for (double jitter = 1e-10; !factor.succeeded() && jitter < 1; jitter *= 10) {
+    C.diagonal().setConstant(1 + noise_ratio + jitter);
+    factor = CholeskyFactor{C};
+  }
+  return factor;
+}
+
 }  // namespace
 
 CholeskyFactor factorise(const Eigen::MatrixXd& Z, const GaussianProcessHyper& hyper) {
   const Eigen::MatrixXd scaled = Z * hyper.lengths.cwiseInverse().asDiagonal();
-  Eigen::MatrixXd C = correlation_of(hyper.correlation, squared_distances(scaled, scaled)).matrix();
-  C.diagonal().setConstant(1 + hyper.noise_ratio);
-  CholeskyFactor factor{C};
-  for (double jitter = 1e-10; !factor.succeeded() && jitter < 1; jitter *= 10) {
-    C.diagonal().setConstant(1 + hyper.noise_ratio + jitter);
-    factor = CholeskyFactor{C};
-  }
-  return factor;
+  return with_noise(correlation_of(hyper.correlation, squared_distances(scaled, scaled)).matrix(),
+                    hyper.noise_ratio);
 }
 
 MarginalLikelihood::MarginalLikelihood(Eigen::MatrixXd Z, Eigen::MatrixXd T, Correlation correlation)
@@ -63,7 +70,9 @@ double MarginalLikelihood::operator()(const Eigen::VectorXd& log_hyper, Eigen::V
   const double m = static_cast<double>(T_.cols());
   const GaussianProcessHyper at = hyper(log_hyper);
   gradient = Eigen::VectorXd::Zero(d + 1);
-  const CholeskyFactor factor = factorise(Z_, at);
+  const Eigen::MatrixXd scaled = Z_ * at.lengths.cwiseInverse().asDiagonal();
+  const Eigen::ArrayXXd u = squared_distances(scaled, scaled), C = correlation_of(correlation_, u);
+  const CholeskyFactor factor = with_noise(C, at.noise_ratio);
   if (!log_hyper.allFinite() || !factor.succeeded()) return std::numeric_limits<double>::infinity();
 
   const Eigen::MatrixXd alpha = factor.solve(T_);
@@ -77,9 +86,7 @@ double MarginalLikelihood::operator()(const Eigen::VectorXd& log_hyper, Eigen::V
   gradient[d] = 0.5 * std::exp(log_hyper[d]) * W.trace();
 
   // dC/dlog l_k = -2 R'(u) (z_ik - z_jk)^2 / l_k^2, summed without forming it: A is symmetric.
-  const Eigen::MatrixXd scaled = Z_ * at.lengths.cwiseInverse().asDiagonal();
-  const Eigen::ArrayXXd u = squared_distances(scaled, scaled);
-  const Eigen::MatrixXd A = (W.array() * correlation_slope(correlation_, u)).matrix();
+  const Eigen::MatrixXd A = (W.array() * correlation_slope(correlation_, u, C)).matrix();
   const Eigen::VectorXd row_sums = A.rowwise().sum();
   gradient.head(d) = -2 * (transposed_times(scaled.cwiseAbs2(), row_sums) -
                            scaled.cwiseProduct(times(A, scaled)).colwise().sum().transpose());
@@ -200,13 +207,17 @@ MostEvident maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T
 
 }  // namespace
 
-std::map<std::string, double> gaussian_process_hyper(const RegressionData& data) {
+std::map<std::string, double> gaussian_process_hyper(const RegressionData& data, int jobs) {
   const Eigen::MatrixXd Z = FeatureScale{data.X}.apply_all(data.X);
   const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
-  const MostEvident smooth = maximise_evidence(Z, T, Correlation::SquaredExponential);
-  const MostEvident rough = maximise_evidence(Z, T, Correlation::Matern52);
+  constexpr std::array kCorrelations{Correlation::Matern52, Correlation::SquaredExponential};
+  std::array<MostEvident, kCorrelations.size()> found;
+  parallel_for(static_cast<int>(found.size()), jobs, [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    found[k] = maximise_evidence(Z, T, kCorrelations[k]);
+  });
   const GaussianProcessHyper& best =
-      smooth.negative_log_evidence < rough.negative_log_evidence ? smooth.hyper : rough.hyper;
+      std::ranges::min_element(found, {}, &MostEvident::negative_log_evidence)->hyper;
   std::map<std::string, double> hyper{{"matern", best.correlation == Correlation::Matern52 ? 1 : 0},
                                       {"noise_ratio", best.noise_ratio}};
   for (Eigen::Index k = 0; k < best.lengths.size(); ++k) hyper[length_name(k)] = best.lengths[k];

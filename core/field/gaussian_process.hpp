@@ -14,8 +14,8 @@ enum class Correlation {
   Matern52,            ///< (1 + a + a^2 / 3) exp(-a), a = sqrt(5 u)
 };
 
-/// Value and derivative to u, element by element. Source: Rasmussen and Williams, Gaussian Processes for
-/// Machine Learning (2006), eqs 4.9 and 4.17.
+/// Value, and derivative to u from that value, element by element. Source: Rasmussen and Williams, Gaussian
+/// Processes for Machine Learning (2006), eqs 4.9 and 4.17.
 template <typename Array>
 Array correlation_of(Correlation kind, const Array& u) {
   if (kind == Correlation::SquaredExponential) return (-0.5 * u).exp();
@@ -24,10 +24,10 @@ Array correlation_of(Correlation kind, const Array& u) {
 }
 
 template <typename Array>
-Array correlation_slope(Correlation kind, const Array& u) {
-  if (kind == Correlation::SquaredExponential) return -0.5 * (-0.5 * u).exp();
+Array correlation_slope(Correlation kind, const Array& u, const Array& correlation) {
+  if (kind == Correlation::SquaredExponential) return -0.5 * correlation;
   const Array a = (5 * u).sqrt();
-  return -5.0 / 6 * (1 + a) * (-a).exp();
+  return -5.0 / 6 * correlation * (1 + a) / (1 + a + a.square() / 3);
 }
 
 /// Squared distances between all rows of A and all rows of B.
@@ -76,7 +76,9 @@ class MarginalLikelihood {
 /// a few fixed starts. Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006).
 ///
 /// Hyper-parameters: `matern` (1, or 0 for squared exponential), `noise_ratio`, `length.0` to `length.<d-1>`.
-std::map<std::string, double> gaussian_process_hyper(const RegressionData& data);
+///
+/// @param jobs  threads; the result is the same with any number
+std::map<std::string, double> gaussian_process_hyper(const RegressionData& data, int jobs);
 RegressorPtr make_gaussian_process(const RegressorState& state);
 
 }  // namespace truepose

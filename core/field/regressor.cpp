@@ -93,10 +93,10 @@ RegressorPtr make(const RegressorState& state) {
   return nullptr;
 }
 
-RegressorState fit(RegressorKind kind, const RegressionData& data) {
+RegressorState fit(RegressorKind kind, const RegressionData& data, int jobs) {
   switch (kind) {
     case RegressorKind::GaussianProcess:
-      return {kind, data.X, data.Y, gaussian_process_hyper(data), {}};
+      return {kind, data.X, data.Y, gaussian_process_hyper(data, jobs), {}};
     case RegressorKind::Kriging:
       return {kind, data.X, data.Y, kriging_hyper(data), {}};
     case RegressorKind::InverseDistance:
@@ -139,9 +139,10 @@ Eigen::VectorXd Regressor::variance(const Eigen::Ref<const Eigen::VectorXd>&) co
 
 Eigen::VectorXd Regressor::noise() const { return Eigen::VectorXd::Zero(state().Y.cols()); }
 
-std::expected<RegressorPtr, std::string> fit_regressor(RegressorKind kind, const RegressionData& data) {
+std::expected<RegressorPtr, std::string> fit_regressor(RegressorKind kind, const RegressionData& data,
+                                                       int jobs) {
   if (auto fault = fault_of(data)) return std::unexpected{*fault};
-  return make(fit(kind, data));
+  return make(fit(kind, data, jobs));
 }
 
 std::expected<RegressorPtr, std::string> refit_regressor(const RegressorState& like,

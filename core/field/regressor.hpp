@@ -90,9 +90,12 @@ class Regressor {
 using RegressorPtr = std::shared_ptr<const Regressor>;
 
 /// Fits a regressor, its hyper-parameters included, always the same for the same data.
+///
+/// @param jobs  threads; the result is the same with any number
 /// Errors, as a sentence: fewer than four points, shapes that do not match, too many features or targets,
 /// numbers that are not finite.
-std::expected<RegressorPtr, std::string> fit_regressor(RegressorKind kind, const RegressionData& data);
+std::expected<RegressorPtr, std::string> fit_regressor(RegressorKind kind, const RegressionData& data,
+                                                       int jobs = 1);
 
 /// The same with hyper-parameters found before, on these or other data.
 std::expected<RegressorPtr, std::string> refit_regressor(const RegressorState& like,

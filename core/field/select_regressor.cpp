@@ -93,7 +93,8 @@ std::expected<Attempts, std::string> attempt(std::span<const RegressorKind> kind
   std::vector<std::expected<RegressorPtr, std::string>> on_all(kinds.size(), nullptr);
   if (data.X.rows() > kFewPoints) {
     parallel_for(static_cast<int>(kinds.size()), options.jobs, [&](int k) {
-      on_all[static_cast<std::size_t>(k)] = fit_regressor(kinds[static_cast<std::size_t>(k)], data);
+      const auto kind = static_cast<std::size_t>(k);
+      on_all[kind] = fit_regressor(kinds[kind], data, options.jobs);
     });
   }
   Attempts attempts;

@@ -14,6 +14,7 @@
 #include "core/identify/thermal_stage.hpp"
 #include "core/identify/unsuspicious.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/parallel.hpp"
 
 namespace truepose {
 namespace {
@@ -190,6 +191,7 @@ struct Screened {
 /// contradict is the model, or the campaign.
 Screened screened(const RobotModel& nominal, const MeasurementData& data, const CalibrateOptions& options) {
   Screened gross;
+  if (options.loss != Loss::Screened) return gross;
   for (const RejectedPoint& point : gross_errors(nominal, data, options)) {
     const bool identifies = data.points[point.point].set == PoseSet::Identify;
     (identifies ? gross.to_identify : gross.to_validate).push_back(point);
@@ -221,12 +223,28 @@ struct Identified {
   Screened gross;
 };
 
+/// From the points that are not screened out.
+std::expected<Identified, CalibrationError> identified(const RobotModel& nominal, const MeasurementData& data,
+                                                       const CalibrateOptions& options, Screened gross) {
+  auto good = std::make_unique<const MeasurementData>(without(gross.to_identify, data));
+  auto id = std::make_unique<Identification>(nominal, *good, options);
+  if (auto error = identify_geometry(*id)) return std::unexpected(*error);
+  if (auto error = fit_deviations(*id)) return std::unexpected(*error);
+  return Identified{std::move(good), std::move(id), std::move(gross)};
+}
+
+bool same_points(const std::vector<RejectedPoint>& a, const std::vector<RejectedPoint>& b) {
+  return std::ranges::equal(a, b, {}, &RejectedPoint::point, &RejectedPoint::point);
+}
+
 /// A plain fit where all points agree with it; else, once the model is checked, from the points that are not
 /// screened out.
 ///
 /// @param check_model  whether the nominal arm may be one that cannot be right
+/// @param expected     what is likely to be screened out: fitted without meanwhile, where threads allow
 std::expected<Identified, CalibrationError> identified(const RobotModel& nominal, const MeasurementData& data,
-                                                       const CalibrateOptions& options, bool check_model) {
+                                                       const CalibrateOptions& options, bool check_model,
+                                                       const Screened& expected) {
   if (!reweighs(options.loss)) {
     auto all = std::make_unique<const MeasurementData>(data);
     auto plain = std::make_unique<Identification>(nominal, *all, options);
@@ -235,15 +253,20 @@ std::expected<Identified, CalibrationError> identified(const RobotModel& nominal
       return Identified{std::move(all), std::move(plain), {}};
     }
   }
-  if (check_model) {
-    if (auto error = wrong_model(nominal, data)) return std::unexpected(std::move(*error));
-  }
-  Screened gross = options.loss == Loss::Screened ? screened(nominal, data, options) : Screened{};
-  auto good = std::make_unique<const MeasurementData>(without(gross.to_identify, data));
-  auto id = std::make_unique<Identification>(nominal, *good, options);
-  if (auto error = identify_geometry(*id)) return std::unexpected(*error);
-  if (auto error = fit_deviations(*id)) return std::unexpected(*error);
-  return Identified{std::move(good), std::move(id), std::move(gross)};
+  const bool alone = options.jobs < 2;  // then a refusal comes before anything is screened
+  std::optional<CalibrationError> wrong;
+  Screened gross;
+  std::optional<std::expected<Identified, CalibrationError>> meanwhile;
+  parallel_for(3, options.jobs, [&](int i) {
+    if (i == 0 && check_model) wrong = wrong_model(nominal, data);
+    if (i == 1 && !(alone && wrong)) gross = screened(nominal, data, options);
+    if (i == 2 && !alone) meanwhile = identified(nominal, data, options, expected);
+  });
+  if (wrong) return std::unexpected(*std::move(wrong));
+  if (!meanwhile || !*meanwhile || !same_points(gross.to_identify, expected.to_identify))
+    return identified(nominal, data, options, std::move(gross));
+  (*meanwhile)->gross = std::move(gross);
+  return *std::move(meanwhile);
 }
 
 std::vector<RejectedPoint> rejected(const Identified& made) {
@@ -337,12 +360,14 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
                                                        const CalibrateOptions& options) {
   const RobotModel nominal = carrying_as_measured(robot, data.points);
   if (auto error = unusable(nominal, data)) return std::unexpected(*error);
-  auto made = identified(nominal, data, options, options.check_model);
+  auto made = identified(nominal, data, options, options.check_model, {});
   if (!made) return std::unexpected(made.error());
   MeasurementData there;  // as it would have been at the reference temperatures
-  const auto again = [&](const MeasurementData& next) -> std::expected<ThermalBasis, CalibrationError> {
+  const auto again = [&](const MeasurementData& next,
+                         Screening screening) -> std::expected<ThermalBasis, CalibrationError> {
     there = next;
-    made = identified(nominal, there, options, false);
+    made = screening == Screening::Kept ? identified(nominal, there, options, std::move(made->gross))
+                                        : identified(nominal, there, options, false, made->gross);
     if (!made) return std::unexpected(made.error());
     return thermal_basis(*made);
   };
@@ -358,6 +383,7 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
     if (result.thermal->response) inflate(result, (*thermal)->inflation);
   }
   result.misfit_mm = left_mm;
+  result.transfer = transfer_of(result.cell, result.covariance);
   add_misfit(result.transfer, left_mm);
   return result;
 }

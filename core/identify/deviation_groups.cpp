@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/arm/guide.hpp"
 #include "core/identify/carried_payload.hpp"
@@ -50,21 +51,16 @@ Eigen::MatrixXd bases_at(const RobotModel& robot, std::vector<DeviationTerm> ter
   return bases.transpose();
 }
 
-/// Those of the terms whose bases vary, by more than rounding, and are independent of one another at the
-/// points.
-std::vector<DeviationTerm> independent(const RobotModel& robot, std::span<const Measurement> points,
-                                       const std::vector<DeviationTerm>& terms) {
-  const Eigen::MatrixXd bases = bases_at(robot, terms, points);
+/// Those of the columns that vary, by more than rounding, and are independent of one another.
+std::vector<int> independent(const Eigen::MatrixXd& bases) {
   const Eigen::Index constant = bases.cols();  // which the joint's zero explains
   Eigen::MatrixXd columns(bases.rows(), constant + 1);
   columns << bases, Eigen::VectorXd::Ones(bases.rows());
   Eigen::VectorXd preference = Eigen::VectorXd::Ones(constant + 1);
   preference[constant] = 1e3;
-  std::vector<DeviationTerm> kept;
-  for (const int k : identifiability(columns, preference).kept) {
-    if (k < constant && bases.col(k).cwiseAbs().maxCoeff() > kRounding)
-      kept.push_back(terms[static_cast<std::size_t>(k)]);
-  }
+  std::vector<int> kept;
+  for (const int k : identifiability(columns, preference).kept)
+    if (k < constant && bases.col(k).cwiseAbs().maxCoeff() > kRounding) kept.push_back(k);
   return kept;
 }
 
@@ -87,17 +83,40 @@ std::vector<DeviationTerm> moment_terms(const RobotModel& robot, int i) {
   return terms;
 }
 
-void add_gravity(const RobotModel& robot, std::span<const Measurement> points, int i,
-                 std::vector<DeviationGroup>& groups) {
-  const auto add = [&](const char* name, DeviationCause cause, const std::vector<DeviationTerm>& terms) {
-    std::vector<DeviationTerm> kept = independent(robot, points, terms);
-    if (kept.empty()) return;
-    const double largest = bases_at(robot, kept, points).cwiseAbs().maxCoeff();
-    groups.push_back({joint_name(i) + name, cause, std::move(kept), 1 / largest});
-  };
-  add(".gravity", DeviationCause::Weights, weight_terms(robot, points, i));
-  if (robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute)
-    add(".moments", DeviationCause::Moments, moment_terms(robot, i));
+/// What gravity may do to all joints: terms, and their bases at the points in a column each.
+struct Gravity {
+  std::vector<DeviationTerm> terms;
+  Eigen::MatrixXd bases;
+};
+
+Gravity gravity_of(const RobotModel& robot, std::span<const Measurement> points) {
+  Gravity gravity;
+  for (int i = 0; i < robot.joint_count(); ++i) {
+    std::vector<DeviationTerm> terms = weight_terms(robot, points, i);
+    if (robot.joints[static_cast<std::size_t>(i)].type == JointType::Revolute)
+      std::ranges::copy(moment_terms(robot, i), std::back_inserter(terms));
+    gravity.terms.insert(gravity.terms.end(), terms.begin(), terms.end());
+  }
+  gravity.bases = bases_at(robot, gravity.terms, points);
+  return gravity;
+}
+
+/// Of the terms of one joint and cause those that the points can tell.
+void add_gravity(const Gravity& gravity, int i, DeviationCause cause, std::vector<DeviationGroup>& groups) {
+  const bool moments = cause == DeviationCause::Moments;
+  std::vector<std::size_t> mine;
+  for (std::size_t k = 0; k < gravity.terms.size(); ++k) {
+    const DeviationTerm& term = gravity.terms[k];
+    if (term.joint == i && is_moment(term.basis) == moments) mine.push_back(k);
+  }
+  const Eigen::MatrixXd bases = gravity.bases(Eigen::all, mine);
+  const std::vector<int> kept = independent(bases);
+  if (kept.empty()) return;
+  DeviationGroup group{
+      .name = joint_name(i) + (moments ? ".moments" : ".gravity"), .cause = cause, .terms = {}};
+  for (const int k : kept) group.terms.push_back(gravity.terms[mine[static_cast<std::size_t>(k)]]);
+  group.unit = 1 / bases(Eigen::all, kept).cwiseAbs().maxCoeff();
+  groups.push_back(std::move(group));
 }
 
 /// Whether the arm was measured along a prismatic joint so far that its guide shows.
@@ -151,6 +170,7 @@ WidthExpectation usual_width(DeviationCause cause) {
 
 std::vector<DeviationGroup> deviation_groups(const RobotModel& robot, std::span<const Measurement> points,
                                              std::span<const int> harmonics) {
+  const Gravity gravity = gravity_of(robot, points);
   std::vector<DeviationGroup> groups;
   int guides = 0;
   for (int i = 0; i < robot.joint_count(); ++i) {
@@ -170,7 +190,8 @@ std::vector<DeviationGroup> deviation_groups(const RobotModel& robot, std::span<
         ++guides;
       }
     }
-    add_gravity(robot, points, i, groups);
+    add_gravity(gravity, i, DeviationCause::Weights, groups);
+    add_gravity(gravity, i, DeviationCause::Moments, groups);
     if (approach_varies(points, joint)) {
       groups.push_back(
           {joint_name(i) + ".approach", DeviationCause::Play, {{i, DeviationBasis::Approach, 1, 0}}});

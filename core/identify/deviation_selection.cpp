@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/left_out_poses.hpp"
+#include "core/math/parallel.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -103,23 +105,30 @@ std::vector<double> left_out_errors(const LeftOutPoses& poses, const std::vector
 }  // namespace
 
 DeviationChoice choose_deviation(const CalibratedCell& geometric, const LeastSquaresProblem& problem,
-                                 std::span<const DeviationGroup> groups, const ScaleExpectation& expected) {
+                                 std::span<const DeviationGroup> groups, const ScaleExpectation& expected,
+                                 int jobs) {
   const Candidates all = candidates_of(geometric, problem, groups, expected);
-  const LeftOutPoses poses(all.cell, all.problem, static_cast<Eigen::Index>(problem.free.size()));
+  std::optional<LeftOutPoses> poses;
+  LikelyScale likely;
+  parallel_for(2, jobs, [&](int i) {
+    if (i == 0) poses.emplace(all.cell, all.problem, static_cast<Eigen::Index>(problem.free.size()));
+    if (i == 1 && !groups.empty()) likely = bounded_scale(all, groups);
+  });
   const auto rms = [&](const std::vector<double>& errors) {
     return std::sqrt(sum(errors) / static_cast<double>(problem.points.size()));
   };
-  const std::vector<double> without = poses.squared_errors({}, {});
+  const std::vector<double> without = poses->squared_errors({}, {});
   DeviationChoice choice{.geometric_rms_mm = rms(without), .rms_mm = rms(without)};
   if (groups.empty()) return choice;
 
-  const LikelyScale likely = bounded_scale(all, groups);
-  const std::vector<double> with = left_out_errors(poses, terms_but(all, -1), likely);
+  const std::vector<double> with = left_out_errors(*poses, terms_but(all, -1), likely);
   const bool chosen = pays(without, with);
-  for (int g = 0; g < static_cast<int>(groups.size()); ++g) {
-    const std::vector<double> but_one = left_out_errors(poses, terms_but(all, g), likely);
-    choice.gains.push_back({groups[static_cast<std::size_t>(g)].name, chosen, rms(but_one)});
-  }
+  choice.gains.resize(groups.size());
+  parallel_for(static_cast<int>(groups.size()), jobs, [&](int g) {
+    const auto group = static_cast<std::size_t>(g);
+    const std::vector<double> but_one = left_out_errors(*poses, terms_but(all, g), likely);
+    choice.gains[group] = {groups[group].name, chosen, rms(but_one)};
+  });
   if (!chosen) return choice;
   choice.terms = all.cell.robot.deviation;
   choice.likely = likely;

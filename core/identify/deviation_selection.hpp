@@ -35,7 +35,9 @@ struct DeviationChoice {
 /// that no data tell: a choice among them would pretend to know.
 /// @param geometric  cell at the solution without deviations
 /// @param problem    that it solves
+/// @param jobs       threads; the result is the same with any number
 DeviationChoice choose_deviation(const CalibratedCell& geometric, const LeastSquaresProblem& problem,
-                                 std::span<const DeviationGroup> groups, const ScaleExpectation& expected);
+                                 std::span<const DeviationGroup> groups, const ScaleExpectation& expected,
+                                 int jobs = 1);
 
 }  // namespace truepose

@@ -31,7 +31,8 @@ bool determined(const Identification& id) { return id.points.equations() > id.re
 bool prior_wanted(const Identification& id) {
   if (!prior_allowed(id.options)) return false;
   if (id.options.prior == PriorUse::On || !determined(id)) return true;
-  return !(id.result.transfer.rms_mm <= kPoorTransfer * std::sqrt(3.0) * id.uncertainty.sigma0_mm);
+  return !(transfer_of(id.fit.cell, id.uncertainty.covariance).rms_mm <=
+           kPoorTransfer * std::sqrt(3.0) * id.uncertainty.sigma0_mm);
 }
 
 /// Refits with the prior, whose widths and noise are those that the points make most likely.

@@ -87,37 +87,56 @@ std::vector<int> fitted_first(const std::vector<int>& fitted, int size) {
   return order;
 }
 
+/// Rows of the points, those first that are trusted.
+std::vector<int> trusted_first(const std::vector<bool>& trusted) {
+  std::vector<int> rows;
+  for (const bool wanted : {true, false}) {
+    for (std::size_t i = 0; i < trusted.size(); ++i) {
+      const int row = 3 * static_cast<int>(i);
+      if (trusted[i] == wanted) rows.insert(rows.end(), {row, row + 1, row + 2});
+    }
+  }
+  return rows;
+}
+
 /// What the trusted points say of the fitted parameters, and the prior.
 ///
-/// @param seen  what all points say of all parameters, those that are fitted first
-/// @param R     triangular factor of it
-LinearSystem trusted_part(const Identification& id, const LinearSystem& seen, const Eigen::MatrixXd& R) {
+/// @param f  residuals of the trusted points
+/// @param R  what they say of all parameters, those that are fitted first
+LinearSystem trusted_part(const Identification& id, const Eigen::VectorXd& f, const Eigen::MatrixXd& R) {
   const auto fitted = static_cast<Eigen::Index>(id.problem.free.size());
-  const bool all = std::ranges::all_of(id.points.trusted(), std::identity{});
-  // The columns in front have the block in front as their own factor.
-  if (all && id.problem.prior.weight.size() == 0 && seen.J.rows() > R.rows())
-    return {seen.f, R.topLeftCorner(fitted, fitted)};
-  std::vector<int> rows;
-  for (std::size_t i = 0; i < id.points.trusted().size(); ++i) {
-    const int row = 3 * static_cast<int>(i);
-    if (id.points.trusted()[i]) rows.insert(rows.end(), {row, row + 1, row + 2});
-  }
-  LinearSystem part{seen.f(rows), seen.J(rows, Eigen::seqN(0, fitted))};
+  // Of a triangular factor the columns in front have the block in front as their own.
+  const bool triangular = f.size() > R.cols();
+  LinearSystem part{f, R.topLeftCorner(triangular ? fitted : R.rows(), fitted)};
   append_prior(part, id.fit.cell, id.problem);
   return part;
 }
 
 }  // namespace
 
+TransferUncertainty transfer_of(const CalibratedCell& cell, const Eigen::MatrixXd& covariance) {
+  constexpr int kPoses = 200;
+  return transfer_uncertainty(cell, covariance, poses_within_limits(cell.robot, kPoses, 0));
+}
+
 Eigen::MatrixXd assess(Identification& id) {
   const CalibratedCell& cell = id.fit.cell;
   const int size = ParameterLayout::of(cell).size();
   const std::vector<int> order = fitted_first(id.problem.free, size);
-  const LinearSystem seen = linearise(cell, id.points.problem(order));
-  const Eigen::MatrixXd R = triangular_factor(seen.J);
-  id.uncertainty = uncertainty_of(trusted_part(id, seen, R), id.problem, size, id.points.equations());
-  id.result.transfer = transfer_uncertainty(cell, id.uncertainty.covariance,
-                                            poses_within_limits(id.nominal, kTransferPoses, 0));
+  LinearSystem seen = linearise(cell, id.points.problem(order));
+  const Eigen::Index trusted = id.points.equations(), others = seen.f.size() - trusted;
+  if (others > 0) {
+    const std::vector<int> rows = trusted_first(id.points.trusted());
+    seen = {seen.f(rows), seen.J(rows, Eigen::all)};
+  }
+  Eigen::MatrixXd R = triangular_factor(seen.J.topRows(trusted));
+  id.uncertainty =
+      uncertainty_of(trusted_part(id, seen.f.head(trusted), R), id.problem, size, static_cast<int>(trusted));
+  if (others > 0) {
+    Eigen::MatrixXd all(R.rows() + others, size);
+    all << R, seen.J.bottomRows(others);
+    R = triangular_factor(all);
+  }
   Eigen::MatrixXd factor(R.rows(), R.cols());
   factor(Eigen::all, order) = R;
   return factor;
@@ -129,9 +148,9 @@ void fit_chosen_deviations(Identification& id) {
   const TrustedProblem trusted = trusted_problem(id);
   const ScaleExpectation expected{.noise = expected_noise(id.points.stated_sigma_mm()),
                                   .links = id.options.prior_scale};
-  id.result.deviation =
-      choose_deviation(id.fit.cell, trusted.problem,
-                       deviation_groups(id.nominal, trusted.points, id.options.harmonics), expected);
+  id.result.deviation = choose_deviation(id.fit.cell, trusted.problem,
+                                         deviation_groups(id.nominal, trusted.points, id.options.harmonics),
+                                         expected, id.options.jobs);
   const DeviationChoice& choice = *id.result.deviation;
   if (choice.terms.empty()) return;
 
@@ -199,8 +218,6 @@ void assess_field(Identification& id, const Regressor& regressor) {
         id.uncertainty.determined + *freedom * static_cast<double>(regressor.state().Y.cols());
     id.uncertainty.sigma0_mm = std::sqrt(squares / std::max(1.0, id.points.equations() - taken));
   }
-  id.result.transfer = transfer_uncertainty(cell, id.uncertainty.covariance,
-                                            poses_within_limits(id.nominal, kTransferPoses, 0));
 }
 
 }  // namespace

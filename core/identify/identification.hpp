@@ -62,10 +62,10 @@ struct TrustedProblem {
 };
 TrustedProblem trusted_problem(const Identification& id);
 
-/// By which what a fit knows elsewhere is judged, spread over the joint limits.
-inline constexpr int kTransferPoses = 200;
+/// What a fit knows elsewhere, judged at poses that are spread over the joint limits.
+TransferUncertainty transfer_of(const CalibratedCell& cell, const Eigen::MatrixXd& covariance);
 
-/// How well the present fit is known, at the poses and elsewhere.
+/// How well the present fit is known.
 /// @return what the points say of all parameters there, in as many rows as there are parameters, or points'
 ///         coordinates where these are fewer
 Eigen::MatrixXd assess(Identification& id);

@@ -29,15 +29,15 @@ void append_prior(LinearSystem& system, const CalibratedCell& cell, const LeastS
   }
   if (known.empty()) return;
   const Eigen::VectorXd values = parameter_values(cell);
-  Eigen::Index row = system.f.size();
-  system.f.conservativeResize(row + static_cast<Eigen::Index>(known.size()));
-  system.J.conservativeResize(system.f.size(), Eigen::NoChange);
+  // Of a factorised J there are fewer rows than residuals.
+  Eigen::Index row = system.J.rows(), entry = system.f.size();
+  system.J.conservativeResize(row + static_cast<Eigen::Index>(known.size()), Eigen::NoChange);
+  system.f.conservativeResize(entry + static_cast<Eigen::Index>(known.size()));
   for (const std::size_t k : known) {
     const int parameter = problem.free[k];
     system.J.row(row).setZero();
-    system.J(row, static_cast<Eigen::Index>(k)) = weight[parameter];
-    system.f[row] = weight[parameter] * (values[parameter] - problem.prior.centre[parameter]);
-    ++row;
+    system.J(row++, static_cast<Eigen::Index>(k)) = weight[parameter];
+    system.f[entry++] = weight[parameter] * (values[parameter] - problem.prior.centre[parameter]);
   }
 }
 

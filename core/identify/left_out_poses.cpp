@@ -53,7 +53,13 @@ LeftOutPoses::LeftOutPoses(const CalibratedCell& cell, const LeastSquaresProblem
     }
     parts.push_back(normal_of(system.J(mine, Eigen::all), system.f(mine)));
   }
-  const Normal all = normal_of(system.J, system.f);  // the prior's rows are never left out
+  const auto of_points = 3 * static_cast<Eigen::Index>(pose.size()), of_prior = system.f.size() - of_points;
+  // The prior's rows are never left out.
+  Normal all = normal_of(system.J.bottomRows(of_prior), system.f.tail(of_prior));
+  for (const Normal& part : parts) {
+    all.JtJ += part.JtJ;
+    all.Jtf += part.Jtf;
+  }
   for (const Normal& part : parts) folds_.push_back(eliminated(all, part, fitted));
 }
 

@@ -17,18 +17,6 @@ constexpr double kGross = 6;  // standard deviations of one coordinate
 /// gross.
 constexpr double kLeastFreedom = 0.3;
 
-/// Covariances (mm^2, tracker frame of the station) of where the parameters of a fit let the points be.
-std::vector<Eigen::Matrix3d> predicted_covariances(const Identification& judge,
-                                                   std::span<const Measurement> points) {
-  Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(points.size()), judge.uncertainty.covariance.cols());
-  PointJacobian of_point;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    predict_with_jacobian(judge.fit.cell, points[i].q, points[i].smr, of_point, {}, points[i].station);
-    J.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = of_point;
-  }
-  return congruence_blocks(J, judge.uncertainty.covariance);
-}
-
 /// How far the points of one set are from what the judge predicts, its own uncertainty included.
 ///
 /// @param factor  of the judge's noise to the stated one
@@ -36,8 +24,10 @@ std::vector<RejectedPoint> distances(const Identification& judge, PoseSet set, d
   const MeasurementData& data = judge.data;
   const std::vector<Measurement> points = points_of(data, set);
   const Whitening whitening = whitening_of(points, judge.options.noise);
-  const Eigen::VectorXd errors = residuals(judge.fit.cell, points);
-  const std::vector<Eigen::Matrix3d> predicted = predicted_covariances(judge, points);
+  Eigen::VectorXd errors;
+  Eigen::MatrixXd J;
+  residuals_with_jacobian(judge.fit.cell, points, errors, J);
+  const std::vector<Eigen::Matrix3d> predicted = congruence_blocks(J, judge.uncertainty.covariance);
   std::vector<RejectedPoint> all;
   for (std::size_t k = 0; k < data.points.size(); ++k) {
     const Measurement& point = data.points[k];

@@ -311,13 +311,11 @@ void inflate(Calibration& made, const Eigen::MatrixXd& inflation) {
     if (before > 0) made.parameters[k].sigma *= std::sqrt(1 + inflation(i, i) / before);
   }
   made.covariance += inflation;
-  made.transfer = transfer_uncertainty(made.cell, made.covariance,
-                                       poses_within_limits(made.cell.robot, kTransferPoses, 0));
 }
 
 std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_response(
     ThermalBasis basis, const MeasurementData& data, const CalibrateOptions& options,
-    const std::function<std::expected<ThermalBasis, CalibrationError>(const MeasurementData&)>& identify) {
+    const IdentifyAtReference& identify) {
   if (!is_sought(basis, data, options.thermal)) return std::nullopt;
   const bool by_time = options.thermal == ThermalUse::Time ||
                        (options.thermal == ThermalUse::Auto && !tells_temperatures(data));
@@ -337,7 +335,8 @@ std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_respon
   response.per_kelvin = warmed.fit.step;
   for (int round = 0; round < kThermalRounds; ++round) {
     const MeasurementData there = at_reference(warmed.data, basis.cell, response);
-    auto next = identify(there);
+    const bool last = round + 1 == kThermalRounds;
+    auto next = identify(there, last ? Screening::Anew : Screening::Kept);
     if (!next) return std::unexpected(next.error());
     basis = *std::move(next);
     system = system_of(basis, there, options.noise);

@@ -23,11 +23,19 @@ struct ThermalStage {
                               ///< exactly; empty where none was kept
 };
 
+/// Whether points are screened by what they say at the reference, or those are left out that were before.
+enum class Screening { Anew, Kept };
+
+/// Identifies the parameters from points at the reference.
+using IdentifyAtReference =
+    std::function<std::expected<ThermalBasis, CalibrationError>(const MeasurementData&, Screening)>;
+
 /// Identifies how the arm answers to warmth, together with all that `identify` does, where that pays.
 ///
 /// Points are brought to the reference temperatures by the response and identified from as if the arm had
 /// stood there; the response is fitted to what that leaves, beside all parameters, and so on in turn: the two
-/// meet within noise after two rounds, as both are nearly linear. The covariance is that of both together.
+/// meet within noise after two rounds, as both are nearly linear. Points are screened anew in the last, which
+/// alone knows warmth well enough to tell it from a gross error. The covariance is that of both together.
 /// Whether it pays is asked of each point as the others predict it.
 ///
 /// Under ThermalUse::Auto warmth by time or order is kept only where it pays beyond doubt, where it is not
@@ -35,12 +43,11 @@ struct ThermalStage {
 /// well.
 ///
 /// @param basis     identified from `data` as it is
-/// @param identify  from points at the reference
 /// @return nothing where no point tells warmth
 /// Errors: those of `identify`.
 std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_response(
     ThermalBasis basis, const MeasurementData& data, const CalibrateOptions& options,
-    const std::function<std::expected<ThermalBasis, CalibrationError>(const MeasurementData&)>& identify);
+    const IdentifyAtReference& identify);
 
 /// Adds what the response leaves open to what is known of the parameters.
 void inflate(Calibration& made, const Eigen::MatrixXd& inflation);

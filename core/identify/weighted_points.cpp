@@ -58,7 +58,8 @@ bool WeightedPoints::weigh(const CalibratedCell& cell, Loss loss, double sigma_m
   const Loss judge = loss == Loss::Huber ? Loss::Tukey : loss;
   const std::vector<double> judged = point_weights(cell, points_, whitening_, judge, sigma_mm);
   for (std::size_t i = 0; i < judged.size(); ++i) trusted_[i] = judged[i] > 0;
-  std::vector<double> weights = point_weights(cell, points_, whitening_, loss, sigma_mm);
+  std::vector<double> weights =
+      loss == judge ? judged : point_weights(cell, points_, whitening_, loss, sigma_mm);
   if (std::ranges::equal(weights, weights_, [](double a, double b) { return std::abs(a - b) < kSame; }))
     return false;
   weights_ = std::move(weights);

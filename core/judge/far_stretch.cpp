@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <utility>
+#include <vector>
 
 #include "core/identify/measurement_model.hpp"
 #include "core/judge/time_evidence.hpp"
@@ -37,12 +38,17 @@ struct Stretch {
 /// @param points  of that station
 std::optional<Movement> parting(std::span<const Eigen::Vector3d> errors_mm, const std::vector<bool>& is_far,
                                 std::span<const std::size_t> points) {
+  std::vector<Stretch> from(points.size() + 1);
+  for (std::size_t k = points.size(); k-- > 0;) {
+    from[k] = from[k + 1];
+    from[k].add(errors_mm[points[k]], is_far[points[k]]);
+  }
   std::optional<Movement> found;
   double most = 0;
+  Stretch before;
   for (std::size_t k = 1; k < points.size(); ++k) {
-    Stretch before, after;
-    for (const std::size_t i : points) (i < points[k] ? before : after).add(errors_mm[i], is_far[i]);
-    for (const auto& [moved, stood] : {std::pair{before, after}, std::pair{after, before}}) {
+    before.add(errors_mm[points[k - 1]], is_far[points[k - 1]]);
+    for (const auto& [moved, stood] : {std::pair{before, from[k]}, std::pair{from[k], before}}) {
       const double right = moved.far + stood.points - stood.far;
       if (!moved.moved() || !stood.stood() || right <= most) continue;
       most = right;

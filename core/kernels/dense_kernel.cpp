@@ -32,25 +32,29 @@ void pack(const StridedMatrix& A, int rows, int depth, double* packed) {
 
 /// Adds a tile's products to C; `tall` holds its rows of A, column by column. Columns of B beyond the last
 /// stand for it.
+///
+/// @tparam kWide  columns that are summed
+template <unsigned kWide>
 void multiply_tile(const double* tall, long tall_stride, const StridedMatrix& B, int depth, double factor,
                    double* C, long stride, int rows, int columns) {
-  const double* of_column[kTileColumns];
-  for (int c = 0; c < kTileColumns; ++c) of_column[c] = B.entry + least(c, columns - 1) * B.column;
-  Vec sums[kTileColumns * kTileVectors] = {};
+  const double* of_column[kWide];
+  for (unsigned c = 0; c < kWide; ++c)
+    of_column[c] = B.entry + least(static_cast<int>(c), columns - 1) * B.column;
+  Vec sums[kWide * kTileVectors] = {};
   for (int k = 0; k < depth; ++k) {
     Vec left[kTileVectors];
 #pragma GCC unroll 4
     for (int v = 0; v < kTileVectors; ++v) left[v] = load(tall + k * tall_stride + v * kLanes);
 #pragma GCC unroll 8
-    for (int c = 0; c < kTileColumns; ++c) {
+    for (unsigned c = 0; c < kWide; ++c) {
       const Vec right = all(of_column[c][k * B.row]);
 #pragma GCC unroll 4
-      for (int v = 0; v < kTileVectors; ++v) sums[c * kTileVectors + v] += left[v] * right;
+      for (unsigned v = 0; v < kTileVectors; ++v) sums[c * kTileVectors + v] += left[v] * right;
     }
   }
-  alignas(64) double tile[kTileColumns * kTileRows];
+  alignas(64) double tile[kWide * kTileRows];
 #pragma GCC unroll 32
-  for (int i = 0; i < kTileColumns * kTileVectors; ++i) store(tile + i * kLanes, sums[i]);
+  for (unsigned i = 0; i < kWide * kTileVectors; ++i) store(tile + i * kLanes, sums[i]);
   for (int c = 0; c < columns; ++c) add(C + c * stride, tile + c * kTileRows, factor, rows);
 }
 
@@ -111,8 +115,10 @@ void multiply(const StridedMatrix& A, const StridedMatrix& B, double factor, dou
       if (!stands_so) pack(part, high, deep, packed);
       const int end = lower ? least(columns, i + high) : columns;
       for (int j = 0; j < end; j += kTileColumns) {
-        multiply_tile(stands_so ? part.entry : packed, stands_so ? A.column : kTileRows, block(B, k, j), deep,
-                      factor, C + j * stride + i, stride, high, least(kTileColumns, columns - j));
+        const int wide = least(kTileColumns, columns - j);
+        const auto add_tile = wide == 1 ? multiply_tile<1> : multiply_tile<kTileColumns>;
+        add_tile(stands_so ? part.entry : packed, stands_so ? A.column : kTileRows, block(B, k, j), deep,
+                 factor, C + j * stride + i, stride, high, wide);
       }
     }
   }

@@ -184,6 +184,63 @@ TEST(ThermalResponseOverManyArms, IsNotKeptWhereTheArmDoesNotChange) {
   EXPECT_LE(kept, runs / 50 + 1);
 }
 
+/// As long as nobody knows the arm's answer to warmth, it hides them.
+TEST(ThermalResponseOverManyArms, ShowsGrossErrorsThatHidBehindWarmth) {
+  constexpr double kOff_mm = 0.22;
+  const int runs = trials(50);
+  int hidden = 0, shown = 0, others = 0;
+  for (int run = 0; run < runs; ++run) {
+    WarmingCell cell(static_cast<std::uint64_t>(run));
+    const MeasurementData good = cell.measured(60, 0);
+    for (const std::size_t point : {2u, 7u, 12u, 22u, 32u, 42u}) {
+      MeasurementData data = good;
+      data.points[point].p_WS_mm.z() += kOff_mm;
+      const auto is_left_out = [&](ThermalUse use) {
+        const std::vector<RejectedPoint> rejected = calibrated(data, use).rejected;
+        const auto found = std::ranges::count(rejected, point, &RejectedPoint::point);
+        if (use != ThermalUse::Off) others += static_cast<int>(std::ssize(rejected) - found);
+        return found > 0;
+      };
+      if (is_left_out(ThermalUse::Off)) continue;
+      ++hidden;
+      shown += is_left_out(ThermalUse::Temperatures);
+    }
+  }
+  std::cout << "seeds 0.." << runs - 1 << ": gross errors hidden by warmth: " << hidden << ", then shown "
+            << shown << ", good points taken for such " << others << '\n';
+  EXPECT_GE(hidden, runs / 2);
+  EXPECT_GE(shown, hidden - hidden / 5);
+  EXPECT_LE(others, runs / 10);
+}
+
+TEST(ThermalResponseOverManyArms, IsTheSameToTheLastBitWithAnyNumberOfThreads) {
+  WarmingCell cell(3);
+  MeasurementData data = cell.measured(180, 20);
+  for (const std::size_t i : {20u, 90u}) data.points[i].p_WS_mm.x() += 2;
+  CalibrateOptions options{.noise = kReadingNoise,
+                           .deviation = true,
+                           .residual = *residual_kinds("auto"),
+                           .thermal = ThermalUse::Temperatures};
+  const auto alone = calibrate(example::kr210(), data, options);
+  ASSERT_TRUE(alone) << alone.error().detail;
+  ASSERT_TRUE(alone->thermal && alone->thermal->response);
+  EXPECT_EQ(alone->rejected.size(), 2u);
+  for (const int jobs : {2, 5}) {
+    options.jobs = jobs;
+    const auto with = calibrate(example::kr210(), data, options);
+    ASSERT_TRUE(with) << with.error().detail;
+    EXPECT_EQ(parameter_values(with->cell), parameter_values(alone->cell)) << jobs << " threads";
+    EXPECT_EQ(with->covariance, alone->covariance) << jobs << " threads";
+    EXPECT_EQ(with->transfer.rms_mm, alone->transfer.rms_mm) << jobs << " threads";
+    EXPECT_EQ(with->thermal->response->per_kelvin, alone->thermal->response->per_kelvin)
+        << jobs << " threads";
+    EXPECT_EQ(with->rejected.size(), alone->rejected.size()) << jobs << " threads";
+    for (std::size_t k = 0; k < alone->residual->tried.size(); ++k)
+      EXPECT_EQ(with->residual->tried[k].predicted, alone->residual->tried[k].predicted)
+          << jobs << " threads";
+  }
+}
+
 /// The same with neither temperatures nor times.
 MeasurementData in_order_alone(MeasurementData data) {
   for (Measurement& point : data.points) {

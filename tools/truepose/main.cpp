@@ -1,8 +1,23 @@
+#include <malloc.h>
+
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 
+namespace {
+
+/// The matrices of a fit come and go by megabytes. Where freed memory goes back to the system, each of their
+/// pages is a fault again.
+void keep_freed_memory() {
+  constexpr int kMebibyte = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, 32 * kMebibyte);
+  mallopt(M_TRIM_THRESHOLD, 512 * kMebibyte);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   using namespace truepose::tools;
+  keep_freed_memory();
   CommandLine line = online_commands();
   line.commands.insert(
       line.commands.begin(),
