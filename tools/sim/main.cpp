@@ -221,27 +221,9 @@ std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
 
 std::string refusal(const std::string& why) { return control::json_text(json::object{{"error", why}}); }
 
-/// As truepose calls it.
-std::string_view name_of(sim::krl::ProgramState state) {
-  using enum sim::krl::ProgramState;
-  switch (state) {
-    case Free:
-      return eki::name(eki::ProgramState::Free);
-    case Reset:
-      return eki::name(eki::ProgramState::Reset);
-    case Active:
-      return eki::name(eki::ProgramState::Active);
-    case Stopped:
-      return eki::name(eki::ProgramState::Stopped);
-    case Ended:
-      return eki::name(eki::ProgramState::Ended);
-  }
-  return "";
-}
-
 std::string program_json(const sim::Controller::Program& program) {
   return control::json_text(
-      json::object{{"program", program.name}, {"state", name_of(program.state)}, {"line", program.line}});
+      json::object{{"program", program.name}, {"state", eki::name(program.state)}, {"line", program.line}});
 }
 
 /// What a line of the admin port comes to.
