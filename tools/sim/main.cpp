@@ -6,7 +6,6 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
-#include <boost/json/parse.hpp>
 #include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
 #include <chrono>
@@ -228,10 +227,10 @@ std::string program_json(const sim::Controller::Program& program) {
 
 /// What a line of the admin port comes to.
 std::string steered(const std::string& line, sim::SimulatedCell& cell, const config::Scenario& scenario) try {
-  boost::system::error_code malformed;
-  const json::value asked = json::parse(line, malformed);
-  const json::object* const members = asked.if_object();
-  if (malformed || members == nullptr) return refusal("expected one JSON object on the line");
+  const auto asked = control::parse_json(line);
+  if (!asked) return refusal(asked.error());
+  const json::object* const members = asked->if_object();
+  if (members == nullptr) return refusal("expected a JSON object, such as {\"ask\": \"program\"}");
   cell.flush_path();
   if (const json::value* what = members->if_contains("ask")) {
     if (*what == "program") return program_json(cell.program());
