@@ -19,7 +19,7 @@ inline void await(
   while (!came_about()) {
     if (std::chrono::steady_clock::now() > give_up)
       throw std::runtime_error{"waited for five minutes and in vain until " + what + "; " + shown()};
-    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    std::this_thread::sleep_for(std::chrono::milliseconds{10});
   }
 }
 
