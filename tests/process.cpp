@@ -13,6 +13,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "tests/await.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose {
@@ -73,6 +74,11 @@ void Process::terminate() const { send(SIGTERM); }
 bool Process::ended() {
   if (!reaped_) reaped_ = waitpid(pid_, &status_, WNOHANG) == pid_;
   return reaped_;
+}
+
+std::string Process::ready(const std::filesystem::path& file) {
+  await(file.string() + " is written", [&] { return std::filesystem::exists(file) || ended(); });
+  return text_of(file);
 }
 
 int Process::wait() {

@@ -28,6 +28,8 @@ class Process {
   void terminate() const;  ///< SIGTERM
 
   bool ended();
+  /// Waits for the file that it writes once it is ready. @return its text; empty where it ended without
+  std::string ready(const std::filesystem::path& file);
   /// Waits for the end; a program that takes more than two minutes for it is killed.
   /// @return the exit code, or -1 if a signal ended it
   int wait();

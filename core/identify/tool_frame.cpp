@@ -66,32 +66,55 @@ std::optional<BaseShift> shift_of_base(const FrameReadings& data, const Equation
                    fit.covariance.bottomRightCorner<3, 3>() + congruence(by_parameters, by.covariance)};
 }
 
-/// Why the orientations in which the TCP touched the point do not tell it.
-std::string too_alike(const FrameReadings& data, const RobotModel& robot) {
-  constexpr int kFewest = 4;
-  constexpr double kLeastTilt_rad = 5 * kRadPerDeg;
+/// Why the orientations in which the arm measured a point do not tell where it is on the flange.
+///
+/// @param measured        "the TCP touched the point"
+/// @param too_alike_then  what comes of orientations that are, and what to do
+std::string why_not_told(const FrameReadings& data, const RobotModel& robot, const std::string& name,
+                         const std::string& measured, const std::string& too_alike_then) {
+  constexpr std::size_t kFewest = 4;  // of which one alone slips unseen
   std::vector<Eigen::Matrix3d> turns;
   for (const FrameReading& reading : data.readings) {
-    if (data.points[reading.point].name == kOrigin)
+    if (data.points[reading.point].name == name)
       turns.push_back(forward_kinematics(robot, reading.q).linear());
   }
   if (turns.size() < kFewest)
-    return formatted("the TCP touched the point in %d orientations; at least %d are needed, better ten",
-                     static_cast<int>(turns.size()), kFewest);
-  const OrientationSpread spread = orientation_spread(turns);
-  if (spread.tilt_rad >= kLeastTilt_rad) return {};
-  return formatted(
-      "the orientations tilt the flange's direction (%.2f %.2f %.2f) by %.1f deg only, so that the TCP's place along "
-      "it is not told; touch the point with the tool tilted by 30 deg or more to several sides",
-      spread.stiff_F.x(), spread.stiff_F.y(), spread.stiff_F.z(), spread.tilt_rad * kDegPerRad);
+    return measured +
+           formatted(" in %zu orientations; at least %zu are needed, better ten", turns.size(), kFewest);
+  const std::string alike = too_alike(turns);
+  return alike.empty() ? alike : alike + too_alike_then;
 }
 
 }  // namespace
 
+std::string too_alike(std::span<const Eigen::Matrix3d> turns) {
+  constexpr double kLeastTilt_rad = 5 * kRadPerDeg;
+  const OrientationSpread spread = orientation_spread(turns);
+  if (spread.tilt_rad >= kLeastTilt_rad) return {};
+  return formatted("the orientations tilt the flange's direction (%.2f %.2f %.2f) by %.1f deg only",
+                   spread.stiff_F.x(), spread.stiff_F.y(), spread.stiff_F.z(), spread.tilt_rad * kDegPerRad);
+}
+
+std::string why_not_told(const FrameReadings& data, const RobotModel& robot) {
+  if (is_touched(data))
+    return why_not_told(
+        data, robot, kOrigin, "the TCP touched the point",
+        ", so that the TCP's place along it is not told; touch the point with the tool tilted "
+        "by 30 deg or more to several sides");
+  for (const FramePoint& point : data.points) {
+    std::string why =
+        why_not_told(data, robot, point.name, "the tracker read point \"" + point.name + '"',
+                     ", so that what the arm errs along it would stay in point \"" + point.name +
+                         "\"; read it with the tool tilted by 30 deg or more to several sides");
+    if (!why.empty()) return why;
+  }
+  return {};
+}
+
 std::expected<MeasuredFrame, std::string> tool_frame(const FrameReadings& data, const MeasuringCell& by,
                                                      const Eigen::Matrix3d& R_else) {
   if (is_touched(data)) {
-    if (std::string why = too_alike(data, by.cell.robot); !why.empty()) return std::unexpected(why);
+    if (std::string why = why_not_told(data, by.cell.robot); !why.empty()) return std::unexpected(why);
   }
   const auto equations_of = [&](const Eigen::VectorXd& step) {
     return tool_equations(data, by, step.size() > 0 ? moved(by.cell, step) : by.cell);

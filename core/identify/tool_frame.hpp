@@ -1,11 +1,25 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <expected>
+#include <span>
 #include <string>
 
 #include "core/identify/frame_readings.hpp"
 
 namespace truepose {
+
+/// How little orientations of the flange tilt that direction of it along which they tell a TCP least; empty
+/// where it is enough. Below it what the arm errs, and by what the tracker was moved, stays in the TCP as it
+/// is.
+///
+/// @param turns  R_BF, at least one
+std::string too_alike(std::span<const Eigen::Matrix3d> turns);
+
+/// Why readings do not tell a tool on the flange, each point in four orientations or more that are not too
+/// alike; touched, the one that stands still. Empty where they do. It is no question of a workpiece on a
+/// table, which turns about its axes alone.
+std::string why_not_told(const FrameReadings& data, const RobotModel& robot);
 
 /// The tool T in the flange F, by an arm whose true kinematics are known. Its origin is the TCP.
 ///

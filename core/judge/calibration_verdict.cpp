@@ -45,17 +45,27 @@ std::vector<std::size_t> far_points(const Calibration& calibration) {
   return far;
 }
 
+/// Errors of the points that judge: those that validate where there are any.
+struct JudgingErrors {
+  explicit JudgingErrors(const CalibrationEvidence& of)
+      : predicted{of.calibration.validate ? *of.calibration.validate : of.calibration.identify},
+        achieved{of.remeasured.value_or(predicted.after)} {}
+
+  const StageErrors& predicted;
+  /// As their poses were reached with compensated joints, where they were: how good it is. What moved or
+  /// warmed up before that hides in it, and is asked of what was predicted.
+  ErrorStatistics achieved;
+};
+
 struct Case : CalibrationEvidence {
   explicit Case(const CalibrationEvidence& evidence)
       : CalibrationEvidence{evidence},
         whitening{whitening_of(points_of(without(calibration.rejected, data), PoseSet::Identify), stated)},
         about{noise_about_model(calibration, data, stated)},
+        judged{evidence},
         moved{movement(calibration.cell, data.points, stated, far_points(calibration))} {}
 
   bool noise_known() const { return whitening.finest_mm > 0; }
-  const StageErrors& judged() const {
-    return calibration.validate ? *calibration.validate : calibration.identify;
-  }
   /// Of a point about the model: few poses leave little by chance, but the stated noise is there all the
   /// same.
   MeasurementNoise noise() const {
@@ -65,7 +75,8 @@ struct Case : CalibrationEvidence {
   }
 
   Whitening whitening;
-  MeasurementNoise about;         ///< what the identification left
+  MeasurementNoise about;  ///< what the identification left
+  JudgingErrors judged;
   std::optional<Movement> moved;  ///< while it was measured
 };
 
@@ -83,8 +94,7 @@ Finds too_much_left(const Case& of) {
       formatted("the model leaves %.2f mm in each coordinate, %.0f times the noise that is stated",
                 of.calibration.sigma0_mm, of.calibration.sigma0_mm / of.whitening.finest_mm);
   if (times > kMostUnmodelled) return refusal(left);
-  const StageErrors& judged = of.judged();
-  if (judged.after.mean > kHardlyBetter * judged.before.mean)
+  if (of.judged.achieved.mean > kHardlyBetter * of.judged.predicted.before.mean)
     return doubt(left +
                  ", and is hardly better than the data sheet: look for what changed while it was measured");
   if (of.moved) return advice(left);
@@ -94,7 +104,7 @@ Finds too_much_left(const Case& of) {
 }
 
 Finds reference_moved(const Case& of) {
-  auto moved = moved_reference(of.reference_mm, of.stated.value_or(of.about), of.judged().after.mean);
+  auto moved = moved_reference(of.reference_mm, of.stated.value_or(of.about), of.judged.predicted.after.mean);
   if (!moved) return std::nullopt;
   return refusal(*std::move(moved));
 }
@@ -165,7 +175,7 @@ Finds still_warming_up(const Case& of) {
       residuals(warm, of.data.points) - residuals(of.calibration.cell, of.data.points);
   const auto points = static_cast<double>(of.data.points.size());
   const double further_mm = further.reshaped(3, further.size() / 3).colwise().norm().sum() / points;
-  if (further_mm < kStillWarming * of.judged().after.mean) return std::nullopt;
+  if (further_mm < kStillWarming * of.judged.predicted.after.mean) return std::nullopt;
   return doubt(formatted(
       "the arm was still warming up when the last point was measured, %.0f %% of the way: the model is "
       "that of the arm then, and by about %.2f mm not that of a warm one; warm it up before",
@@ -197,7 +207,7 @@ Finds more_than_predicted(const Case& of) {
 }
 
 Finds beyond_tolerance(const Case& of) {
-  const double largest_mm = of.judged().after.max;
+  const double largest_mm = of.judged.achieved.max;
   if (!of.tolerance_mm || largest_mm <= *of.tolerance_mm) return std::nullopt;
   return refusal(formatted("the largest error is %.3f mm, beyond the tolerance of %.3f mm", largest_mm,
                            *of.tolerance_mm));
@@ -206,7 +216,7 @@ Finds beyond_tolerance(const Case& of) {
 Finds nearer_than_noise(const Case& of) {
   if (!of.noise_known()) return std::nullopt;
   const double noise_mm = kMeanOverRms * std::sqrt(3.0) * of.whitening.finest_mm;
-  const double mean_mm = of.judged().after.mean;
+  const double mean_mm = of.judged.predicted.after.mean;
   if (mean_mm >= kNearerThanNoise * noise_mm) return std::nullopt;
   return doubt(
       formatted("a mean error of %.4f mm is less than tracker and arm repeat to (%.4f mm by the stated "
@@ -352,10 +362,10 @@ int unseen_poses(const CalibrationEvidence& of) {
 
 CalibrationFigures figures_of(const CalibrationEvidence& of) {
   const Calibration& calibration = of.calibration;
-  const StageErrors& judged = calibration.validate ? *calibration.validate : calibration.identify;
+  const JudgingErrors judged{of};
   return {.converged = calibration.converged,
-          .before = judged.before,
-          .after = of.remeasured.value_or(judged.after),
+          .before = judged.predicted.before,
+          .after = judged.achieved,
           .unseen_poses = unseen_poses(of),
           .worse_elsewhere = calibration.transfer.max_mm > calibration.identify.before.mean,
           .is_positioner = is_positioner(calibration.cell.robot)};

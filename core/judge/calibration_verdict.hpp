@@ -77,7 +77,7 @@ struct CalibrationEvidence {
 ///   noise that the identification left or the stated one, whichever is more,
 /// - enough poses validate that the identification has not seen, and they do not come nearer than the noise,
 /// - few points are beyond six sigma, and none of those that validate,
-/// - the largest error keeps to the tolerance, and
+/// - the largest error, measured again where it was, keeps to the tolerance, and
 /// - the noise is stated, and unmeasured poses are known better than by the data sheet.
 ///
 /// A sound campaign is doubted by chance less often than one in two hundred times.

@@ -5,9 +5,7 @@
 #include "config/cell_setup.hpp"
 #include "core/arm/forward.hpp"
 #include "core/formatted.hpp"
-#include "core/identify/orientation_spread.hpp"
 #include "core/identify/tool_frame.hpp"
-#include "core/math/angles.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/nest_watch.hpp"
 
@@ -17,9 +15,6 @@ namespace {
 
 using Done = std::expected<void, CampaignError>;
 
-// Below it what the arm errs, and by what the tracker was moved, stays in the TCP as it is.
-constexpr double kLeastTilt_rad = 5 * kRadPerDeg;
-constexpr std::size_t kFewestReadings = 4;  // of a point, of which one alone slips unseen
 // Nearer to the model's reflector than this it is likely to be that one.
 constexpr double kSameReflector_mm = 2;
 
@@ -92,15 +87,13 @@ std::expected<void, CampaignError> ToolCampaign::judge_orientations() const {
   std::vector<Eigen::Matrix3d> turns;
   for (const MeasuringTarget& target : targets_)
     turns.push_back(forward_kinematics(session_.config().robot.model, target.q_target).linear());
-  const OrientationSpread spread = orientation_spread(turns);
-  if (spread.tilt_rad >= kLeastTilt_rad) return {};
-  return std::unexpected(CampaignError{
-      CampaignFault::Planning,
-      formatted(
-          "the orientations in which the tracker sees the reflector tilt the flange's direction (%.2f %.2f "
-          "%.2f) by %.1f deg only, so that what the arm errs along it would stay in the TCP: turn the "
-          "reflector's opening, or give the arm more room",
-          spread.stiff_F.x(), spread.stiff_F.y(), spread.stiff_F.z(), spread.tilt_rad * kDegPerRad)});
+  const std::string alike = too_alike(turns);
+  if (alike.empty()) return {};
+  return std::unexpected(
+      CampaignError{CampaignFault::Planning,
+                    "where the tracker sees the reflector, " + alike +
+                        ", so that what the arm errs along it would stay in the TCP: turn the reflector's "
+                        "opening, or give the arm more room"});
 }
 
 /// Waits for the hand that puts it there. The poses are the same for all points, which are next to each
@@ -187,15 +180,8 @@ FrameReadings ToolCampaign::readings() {
 CampaignOutcome<void> ToolCampaign::evaluate() {
   session_.enter(CampaignPhase::Compute);
   ToolResult result{.order = order_, .data = readings()};
-  for (std::size_t i = 0; i < order_.points.size(); ++i) {
-    const auto count =
-        static_cast<std::size_t>(std::ranges::count(result.data.readings, i, &FrameReading::point));
-    if (count < kFewestReadings)
-      co_return std::unexpected(CampaignError{
-          CampaignFault::Calibration,
-          formatted("point \"%s\" was measured in %zu poses; at least %zu are needed, better ten",
-                    order_.points[i].point.name.c_str(), count, kFewestReadings)});
-  }
+  if (const std::string why = why_not_told(result.data, session_.config().robot.model); !why.empty())
+    co_return std::unexpected(CampaignError{CampaignFault::Calibration, why});
   auto job = [&result, this] { return tool_frame(result.data, order_.by, order_.R_else); };
   auto frame = co_await session_.compute(job);
   if (!frame) co_return std::unexpected(CampaignError{CampaignFault::Calibration, frame.error()});

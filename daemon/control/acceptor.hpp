@@ -3,17 +3,18 @@
 #include <sys/socket.h>
 
 #include <boost/asio/any_io_executor.hpp>
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <expected>
 #include <functional>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "config/cell_config.hpp"
-#include "drivers/clock.hpp"
+#include "drivers/accept_all.hpp"
 #include "drivers/start_failure.hpp"
 
 namespace truepose::daemon {
@@ -34,26 +35,20 @@ bool has_left(Socket& socket) {
 }
 
 /// Accepts until the acceptor is closed.
-/// @param who    for messages
-/// @param admit  of a socket
+/// @param acceptor  kept until then, as is the server that it is a part of
+/// @param who       for messages
+/// @param admit     of a socket
 template <typename Acceptor, typename Admit>
-boost::asio::awaitable<void> accept_all(Acceptor& acceptor, drivers::Clock& clock,
-                                        std::function<void(const std::string&)> warn, std::string who,
-                                        Admit admit) {
-  namespace asio = boost::asio;
-  while (acceptor.is_open()) {
-    auto accepted = co_await acceptor.async_accept(asio::as_tuple(asio::use_awaitable));
-    auto& [error, socket] = accepted;
-    if (!acceptor.is_open()) co_return;
-    if (!error) {
-      if (!has_left(socket)) admit(std::move(socket));
-      continue;
-    }
-    // Out of file descriptors, mostly: trying again at once would only burn the processor.
-    warn(who + ": cannot accept a connection: " + error.message());
-    const drivers::TimePoint later = clock.now() + std::chrono::milliseconds{100};
-    co_await clock.sleep_until(later);
-  }
+void accept_all(std::shared_ptr<Acceptor> acceptor, std::function<void(const std::string&)> warn,
+                std::string who, Admit admit) {
+  const auto admit_who_stayed = [admit = std::move(admit)](auto socket) {
+    if (!has_left(socket)) admit(std::move(socket));
+  };
+  const auto warn_of_it = [warn = std::move(warn), who = std::move(who)](const std::string& what) {
+    warn(who + ": " + what);
+  };
+  boost::asio::co_spawn(acceptor->get_executor(), drivers::accept_all(acceptor, admit_who_stayed, warn_of_it),
+                        boost::asio::detached);
 }
 
 }  // namespace truepose::daemon

@@ -220,10 +220,8 @@ void ControlServer::serve() {
     Peer peer = peer_of(socket);
     server->admit(tls_connection(std::move(socket), server->context->tls->context()), std::move(peer));
   };
-  const auto accept = [this](auto& from, auto to) {
-    ControlServerParts& shared = impl_->context->parts;
-    asio::co_spawn(from.get_executor(), accept_all(from, shared.clock, shared.warn, "control", to),
-                   [impl = impl_](std::exception_ptr) {});
+  const auto accept = [this]<typename Acceptor>(Acceptor& from, auto to) {
+    accept_all(std::shared_ptr<Acceptor>{impl_, &from}, impl_->context->parts.warn, "control", to);
   };
   accept(impl_->acceptor, admit);
   if (impl_->local_acceptor) accept(*impl_->local_acceptor, admit);

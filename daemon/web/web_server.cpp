@@ -344,9 +344,7 @@ std::expected<std::unique_ptr<WebServer>, StartFailure> WebServer::start(asio::a
 
 void WebServer::serve() {
   const auto admit = [server = impl_.get()](tcp::socket socket) { server->admit(std::move(socket)); };
-  asio::co_spawn(impl_->acceptor.get_executor(),
-                 accept_all(impl_->acceptor, impl_->parts.clock, impl_->parts.warn, "web", admit),
-                 [impl = impl_](std::exception_ptr) {});
+  accept_all(std::shared_ptr<tcp::acceptor>{impl_, &impl_->acceptor}, impl_->parts.warn, "web", admit);
 }
 
 WebServer::WebServer(std::shared_ptr<Impl> impl) : impl_{std::move(impl)} {}

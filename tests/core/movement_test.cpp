@@ -63,6 +63,19 @@ TEST(MovementBetweenStations, IsNoneWhereEachStoodStill) {
   EXPECT_FALSE(movement(made->cell, data.points, kStationNoise));
 }
 
+TEST(Tolerance, IsAskedOfWhatWasMeasuredAgainWhereItWas) {
+  const MeasurementData data = moved_at(0, kStationPoses);
+  const auto made = calibrate(example::kr210(), data, {.noise = kStationNoise});
+  ASSERT_TRUE(made) << made.error().detail;
+  CalibrationEvidence evidence{
+      .calibration = *made, .data = data, .stated = kStationNoise, .tolerance_mm = 0.5};
+  EXPECT_LT(calibration_verdict(evidence).findings.front().severity, Severity::Refusal);
+  evidence.remeasured = made->identify.after;
+  evidence.remeasured->max = 0.7;
+  EXPECT_EQ(calibration_verdict(evidence).findings.front().sentence,
+            "the largest error is 0.700 mm, beyond the tolerance of 0.500 mm");
+}
+
 /// An arm with a gear of joint 1 so far out of round, measured in the order of that joint.
 MeasurementData swept_along_joint_1(double eccentric_rad, Random& random) {
   const CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);

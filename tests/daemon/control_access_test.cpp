@@ -5,7 +5,7 @@
 #include "daemon/control/access_list.hpp"
 #include "proto/control/schema.hpp"
 #include "tests/daemon/control_fixture.hpp"
-#include "tests/daemon/no_more_files.hpp"
+#include "tests/no_more_files.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -155,7 +155,7 @@ TEST_F(ControlAccess, RevokesAsSoonAsTheFileCanBeReadAgain) {
   ASSERT_TRUE(list.refresh().value());
   write_access({});
   {
-    const test::NoMoreFiles none;
+    const NoMoreFiles none;
     EXPECT_THAT(list.refresh().error(), HasSubstr("cannot be read: Too many open files"));
     EXPECT_FALSE(list.refresh().value()) << "told twice";
     EXPECT_FALSE(list.entries().entries.empty());

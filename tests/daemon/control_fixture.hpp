@@ -27,6 +27,7 @@
 #include "proto/control/access.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/request.hpp"
+#include "tests/await.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon::test {
@@ -293,12 +294,11 @@ class ControlServerTest : public testing::Test {
   }
   /// Until so many sleep for having guessed, or being in company of who did.
   void wait_for_hellos(std::size_t count) {
-    const auto give_up = std::chrono::steady_clock::now() + 30s;
     std::size_t late = 0;
-    while (late < count) {
-      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "nobody is answered late";
+    await(std::to_string(count) + " are answered late", [&] {
       on_loop([&] { late = clock_.sleepers_within(1s); });
-    }
+      return late >= count;
+    });
   }
   /// Lets time pass until no more than so many sessions are open.
   /// @param meanwhile  done each second. @return how long it took

@@ -7,7 +7,7 @@
 #include "daemon/control/tls_identity.hpp"
 #include "tests/certificates.hpp"
 #include "tests/daemon/control_fixture.hpp"
-#include "tests/daemon/no_more_files.hpp"
+#include "tests/no_more_files.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -224,7 +224,7 @@ TEST_F(ControlTls, TakesANewCertificateAsSoonAsItCanBeRead) {
   fs::rename(certificates_.certificate("next"), certificates_.certificate("daemon"));
   fs::rename(certificates_.key("next"), certificates_.key("daemon"));
   {
-    const test::NoMoreFiles none;
+    const NoMoreFiles none;
     EXPECT_THAT(identity.refresh().error(), HasSubstr("Too many open files"));
     EXPECT_FALSE(identity.refresh().value()) << "told twice";
   }

@@ -7,14 +7,13 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/json/parse.hpp>
-#include <functional>
 #include <ostream>
 #include <regex>
-#include <thread>
 
 #include "config/cell_config.hpp"
 #include "core/arm/forward.hpp"
 #include "proto/rsi/frame_codec.hpp"
+#include "tests/await.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/tools/doctor/scripted_controller.hpp"
 
@@ -36,14 +35,17 @@ rsi::RobotFrame healthy_frame(const config::CellConfig& cell, std::uint64_t cycl
       forward_kinematics(cell.robot.model, Eigen::Map<const Eigen::Vector<double, 6>>(axes.data()))
           .translation();
   const rsi::CartesianPose pose{.x_mm = p_BF_mm.x(), .y_mm = p_BF_mm.y(), .z_mm = p_BF_mm.z()};
-  return {
-      .ipoc = 4 * cycle,
-      .rist = pose,
-      .rsol = pose,
-      .aipos_rad = axes,
-      .aspos_rad = axes,
-      .delay = 0,
-      .program = {.ask = 1, .state = rsi::kProgramActive, .mode = rsi::kModeExt, .override_percent = 100, .cell = 1024}};
+  return {.ipoc = 4 * cycle,
+          .rist = pose,
+          .rsol = pose,
+          .aipos_rad = axes,
+          .aspos_rad = axes,
+          .delay = 0,
+          .program = {.ask = 1,
+                      .state = rsi::kProgramActive,
+                      .mode = rsi::kModeExt,
+                      .override_percent = 100,
+                      .cell = 1024}};
 }
 
 std::string wire(const rsi::RobotFrame& frame, int decimals = 4) {
@@ -69,12 +71,9 @@ class FaultyNetwork {
                   "--seed", "1", "--ready-file", folder_.path() / "ready"}} {}
 
   std::uint16_t port() {
-    const auto file = folder_.path() / "ready";
-    while (!std::filesystem::exists(file)) {
-      if (process_.ended()) throw std::runtime_error{process_.errors()};
-      std::this_thread::sleep_for(std::chrono::milliseconds{2});
-    }
-    const json::value ready = json::parse(text_of(file));
+    const std::string text = process_.ready(folder_.path() / "ready");
+    if (text.empty()) throw std::runtime_error{process_.errors()};
+    const json::value ready = json::parse(text);
     const std::string listens{ready.at_pointer("/listen/0").as_string()};
     return static_cast<std::uint16_t>(std::stoi(listens.substr(listens.find(':') + 1)));
   }
@@ -85,15 +84,6 @@ class FaultyNetwork {
 };
 
 // ---- The doctor ----
-
-/// Throws after two minutes.
-void until(const std::function<bool()>& happened) {
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes{2};
-  while (!happened()) {
-    if (std::chrono::steady_clock::now() > give_up) throw std::runtime_error{"waited in vain"};
-    std::this_thread::sleep_for(std::chrono::milliseconds{2});
-  }
-}
 
 struct Said {
   std::string area, level, finding, next;
@@ -269,7 +259,7 @@ TEST_F(TheDoctor, TellsWhatTheDaemonDrops) {
   send(healthy(), "127.0.0.2");
   auto client = cell.client();
   const auto refused = [&] { return client.call("stream.status", {})->at("refused").is_string(); };
-  until(refused);
+  await("the daemon has refused a datagram", refused);
   EXPECT_THAT(asked(1), says("fault", "rsi", "127.0.0.2", "robot.rsi_peer"));
 }
 
@@ -278,7 +268,7 @@ TEST_F(TheDoctor, TellsWhatTheDaemonDoesNotUnderstand) {
   send([](std::uint64_t) { return "<Rob><IPOC>x</IPOC></Rob>"; });
   auto client = cell.client();
   const auto refused = [&] { return client.call("stream.status", {})->at("refused").is_string(); };
-  until(refused);
+  await("the daemon has refused a datagram", refused);
   EXPECT_THAT(asked(1), says("fault", "rsi", "IPOC is not a number", "truepose_rsi_ethernet.xml"));
 }
 
@@ -295,7 +285,7 @@ void expect_stream_finding(const std::string& text, const std::string& instead, 
   cell.truepose({"stream", "start"});  // refused where the fault comes before the answer
   auto client = cell.client();
   const auto faulted = [&] { return !client.call("cell.status", {})->at("faults").as_array().empty(); };
-  until(faulted);
+  await("the cell has a fault", faulted);
   EXPECT_THAT(doctor_of(cell, 1), says("fault", "rsi", finding, "acknowledge"));
 }
 

@@ -13,9 +13,9 @@
 #include <map>
 #include <set>
 #include <string>
-#include <thread>
 
 #include "proto/control/schema.hpp"
+#include "tests/await.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/schema_check.hpp"
 
@@ -23,7 +23,6 @@ namespace truepose {
 namespace {
 
 namespace json = boost::json;
-using namespace std::chrono_literals;
 using testing::IsEmpty;
 
 /// A client that knows nothing of ours but the socket.
@@ -90,11 +89,9 @@ class Examples : public testing::Test {
   }
   json::value status() { return client_.ask("cell.status", {}).at("result"); }
   void wait_for(std::string_view state) {
-    const auto give_up = std::chrono::steady_clock::now() + 300s;
-    while (status().at("state").as_string() != state) {
-      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << json::serialize(status());
-      std::this_thread::sleep_for(100ms);
-    }
+    await(
+        "the cell's state is " + std::string{state},
+        [&] { return status().at("state").as_string() == state; }, [&] { return json::serialize(status()); });
   }
 
   /// @param shown  the campaign's id in the examples

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "core/math/statistics.hpp"
+#include "tests/await.hpp"
 #include "tests/integration/hostile_datagrams.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/integration/load_figures.hpp"
@@ -113,8 +114,7 @@ TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDr
   ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
   const Clock::time_point started = Clock::now();
   tools::RpcClient client = cell.client();
-  const auto ramps = [&] { return status_of(client).at("state") == "ramping"; };
-  while (ramps()) std::this_thread::sleep_for(kTick);
+  await("the correction is ramped in", [&] { return status_of(client).at("state") != "ramping"; });
 
   const std::uint16_t port = cell.rsi_port();
   Flood flood{port, HostileDatagrams{20260519, first_ipoc(cell.daemon().errors()), started}};

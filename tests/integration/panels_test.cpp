@@ -11,9 +11,11 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <thread>
 
+#include "tests/await.hpp"
 #include "tests/daemon/web_client.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/trials.hpp"
@@ -139,12 +141,14 @@ class TwentyPanels : public testing::Test {
   }
   /// All panels come from one address here, and only so many of one are let in at once.
   tools::RpcClient operator_panel() {
-    for (;;) {
+    std::optional<tools::RpcClient> panel;
+    await("the operator's panel is let in", [&] {
       auto client = tools::RpcClient::connect(
           {"127.0.0.1:" + std::to_string(cell_.control_port()), cell_.token_file()});
-      if (client) return *std::move(client);
-      std::this_thread::sleep_for(20ms);
-    }
+      if (client) panel = *std::move(client);
+      return panel.has_value();
+    });
+    return *std::move(panel);
   }
   /// Begins a campaign, in whose middle the daemon is ended; the next one goes on with it to its end.
   void campaign_through(int signal) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <boost/json/serialize.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <regex>
@@ -11,6 +12,7 @@
 
 #include "config/model_file.hpp"
 #include "core/math/angles.hpp"
+#include "tests/await.hpp"
 #include "tests/integration/live_cell.hpp"
 
 // A program of the cell's own under an armed stream, as processes over loopback. The whole of it, with all
@@ -82,7 +84,8 @@ class AProductionProgram : public testing::Test {
   }
   std::string state() const { return std::string{cell->steer({{"ask", "program"}}).at("state").as_string()}; }
   void wait_until(const std::string& wanted) {
-    while (state() != wanted) std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    await(
+        "the program's state is " + wanted, [&] { return state() == wanted; }, [&] { return state(); });
   }
 
   /// From the next start of the daemon on.
@@ -96,18 +99,24 @@ class AProductionProgram : public testing::Test {
   /// That RSI tells, and all else of the robot's state.
   void wait_for_emergency_stop(bool pressed) {
     tools::RpcClient client = cell->client();
-    for (;; std::this_thread::sleep_for(std::chrono::milliseconds{5})) {
-      const json::value robot = client.call("stream.status", {}).value().at("robot");
-      if (robot.at("emergency_stop") != pressed) continue;
-      EXPECT_EQ(robot.at("unknown"), "");
-      EXPECT_EQ(robot.at("gate_open"), false);
-      return;
-    }
+    json::value robot;
+    await(
+        std::string{"RSI tells of "} + (pressed ? "an" : "no") + " emergency stop",
+        [&] {
+          robot = client.call("stream.status", {}).value().at("robot");
+          return robot.at("emergency_stop") == pressed;
+        },
+        [&] { return json::serialize(robot); });
+    EXPECT_EQ(robot.at("unknown"), "");
+    EXPECT_EQ(robot.at("gate_open"), false);
   }
 
   std::vector<Point> points() const {
     state();  // the file is written when the cell is asked something
     return points_of(cell->path_file(), found);
+  }
+  void wait_for_points(std::size_t count) const {
+    await("the arm stood at " + std::to_string(count) + " points", [&] { return points().size() >= count; });
   }
 
   TempFolder folder;
@@ -136,7 +145,7 @@ TEST_F(AProductionProgram, IsCorrectedToWhereItWasTaught) {
 TEST_F(AProductionProgram, ComesToItsEndUncorrectedWhereThePcIsGoneForGood) {
   begin({{"timeout_cycles: 2500 ", "timeout_cycles: 50 "}});
   select();
-  while (points().size() < 3) std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  wait_for_points(3);
   cell->daemon().send(SIGKILL);
   cell->daemon().wait();
   wait_until("ended");  // KSS29002, and somebody starts it again
@@ -147,7 +156,7 @@ TEST_F(AProductionProgram, GoesOnCorrectedBehindAnEmergencyStopAndADaemonThatWas
   begin();
   select();
   wait_until("active");
-  while (points().size() < 2) std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  wait_for_points(2);
   cell->steer({{"kind", "emergency-stop"}, {"lasts_ms", 3'000'000}});  // of scaled time
   wait_until("stopped");
   cell->daemon().send(SIGKILL);

@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <boost/json/parse.hpp>
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "tests/await.hpp"
 #include "tests/integration/campaign_events.hpp"
 #include "tests/integration/live_cell.hpp"
 
@@ -158,8 +157,8 @@ class ARecordedCell {
     return std::string{event.data.at(member).as_string()};
   }
   void wait_for(int cycles_of_the_stream) {
-    while (streams() && cycles() < cycles_of_the_stream)
-      std::this_thread::sleep_for(std::chrono::milliseconds{20});
+    await("the stream has run for " + std::to_string(cycles_of_the_stream) + " cycles or ended",
+          [&] { return !streams() || cycles() >= cycles_of_the_stream; });
   }
   Finished run(const std::vector<std::string>& command) { return cell_.truepose(command); }
   json::value status() { return json::parse(run({"status", "--json"}).out); }

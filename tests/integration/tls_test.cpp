@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/await.hpp"
 #include "tests/integration/live_cell.hpp"
 
 namespace truepose {
@@ -82,10 +83,13 @@ TEST_F(OverTls, ATokenGoesOnlyToTheDaemonThatTheCaVouchesFor) {
 
   made({"tls", "init", "--dir", tls(), "--host", "10.0.0.9"});
   std::string said;
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds{60};
-  while (said.find("IP address mismatch") == said.npos && std::chrono::steady_clock::now() < give_up)
-    said = truepose({"status"}, right).err;
-  EXPECT_THAT(said, HasSubstr("IP address mismatch"));
+  await(
+      "the new certificate is refused for its address",
+      [&] {
+        said = truepose({"status"}, right).err;
+        return said.find("IP address mismatch") != said.npos;
+      },
+      [&] { return said; });
 }
 
 TEST_F(OverTls, ADaemonInTheClearIsNoDaemonOverTls) {

@@ -6,7 +6,6 @@
 #include <boost/json/serialize.hpp>
 #include <boost/json/value.hpp>
 #include <random>
-#include <thread>
 
 #include "config/frame_file.hpp"
 #include "config/model_file.hpp"
@@ -14,6 +13,7 @@
 #include "config/text_file.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "proto/control/json_text.hpp"
+#include "tests/await.hpp"
 #include "tests/core/plain_kinematics.hpp"
 #include "tests/daemon/jogging_hand.hpp"
 #include "tests/integration/live_cell.hpp"
@@ -24,7 +24,6 @@ namespace {
 namespace json = boost::json;
 using testing::AllOf;
 using testing::HasSubstr;
-using namespace std::chrono_literals;
 
 const std::string kRobot = TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml";
 // Of config/scenarios/demo.yaml.
@@ -74,11 +73,9 @@ class AToolCampaignOverTheRealProtocols : public testing::Test {
     return sum_mm / 10;
   }
   void wait_until(const std::string& text) const {
-    for (int n = 0; n < 3000; ++n, std::this_thread::sleep_for(100ms)) {
-      const json::value status = called("cell.status");
-      if (json::serialize(status).find(text) != std::string::npos) return;
-    }
-    FAIL() << json::serialize(called("cell.status"));
+    const auto status = [this] { return json::serialize(called("cell.status")); };
+    await(
+        "cell.status says " + text, [&] { return status().find(text) != std::string::npos; }, status);
   }
   /// That campaign and command say the same of the same readings.
   void expect_same_offline(const std::string& command, const std::string& number,

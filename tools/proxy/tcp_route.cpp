@@ -14,6 +14,8 @@
 #include <list>
 #include <sstream>
 
+#include "tools/steering/accept_clients.hpp"
+
 namespace truepose::proxy {
 
 namespace asio = boost::asio;
@@ -145,15 +147,18 @@ class TcpRoute : public Route {
  public:
   TcpRoute(const asio::any_io_executor& executor, const tcp::endpoint& listen, const tcp::endpoint& target,
            Random& seeds)
-      : ways_{std::make_shared<Ways>(seeds)}, acceptor_{executor, listen}, target_{target} {
-    accept();
+      : ways_{std::make_shared<Ways>(seeds)},
+        acceptor_{std::make_shared<tcp::acceptor>(executor, listen)},
+        target_{target} {
+    steering::accept_clients(acceptor_, text(listen),
+                             [this](tcp::socket socket) { welcome(std::move(socket)); });
   }
   ~TcpRoute() override {
-    acceptor_.close();
+    acceptor_->close();
     cut();
   }
 
-  std::string listens() const override { return text(acceptor_.local_endpoint()); }
+  std::string listens() const override { return text(acceptor_->local_endpoint()); }
 
   void apply(const Command& command) override {
     ways_->apply(command);
@@ -170,21 +175,13 @@ class TcpRoute : public Route {
   }
 
  private:
-  void accept() {
-    acceptor_.async_accept([this](error_code error, tcp::socket socket) {
-      if (error == asio::error::operation_aborted) return;
-      if (!error) welcome(std::move(socket));
-      accept();
-    });
-  }
-
   void welcome(tcp::socket socket) {
     ++accepted_;
     const auto connection = std::make_shared<Connection>(std::move(socket), target_, ways_);
     connections_.remove_if([](const auto& known) { return known.expired(); });
     connections_.push_back(connection);
     asio::co_spawn(
-        acceptor_.get_executor(), [connection] { return connection->run(); }, asio::detached);
+        acceptor_->get_executor(), [connection] { return connection->run(); }, asio::detached);
   }
 
   std::vector<std::shared_ptr<Connection>> open_ones() const {
@@ -204,7 +201,7 @@ class TcpRoute : public Route {
   }
 
   std::shared_ptr<Ways> ways_;
-  tcp::acceptor acceptor_;
+  std::shared_ptr<tcp::acceptor> acceptor_;
   tcp::endpoint target_;
   std::list<std::weak_ptr<Connection>> connections_;
   std::uint64_t accepted_ = 0, cut_ = 0;

@@ -15,6 +15,23 @@ constexpr int kT1 = 1, kT2 = 2;  // operating modes
 
 SimTime sim_time(Seconds t) { return std::chrono::ceil<SimTime>(t); }
 
+/// As a PC is told it, by EKI and RSI alike.
+eki::ProgramState as_told(krl::ProgramState state) {
+  switch (state) {
+    case krl::ProgramState::Free:
+      return eki::ProgramState::Free;
+    case krl::ProgramState::Reset:
+      return eki::ProgramState::Reset;
+    case krl::ProgramState::Active:
+      return eki::ProgramState::Active;
+    case krl::ProgramState::Stopped:
+      return eki::ProgramState::Stopped;
+    case krl::ProgramState::Ended:
+      break;
+  }
+  return eki::ProgramState::Ended;
+}
+
 ProgramMotion motion_of(const ControllerSetup& setup) {
   if (setup.nominal.joint_count() != 6) {
     throw std::invalid_argument("the simulated controller moves an arm of six axes, and '" +
@@ -327,7 +344,7 @@ std::uint64_t Controller::stops() const {
 
 Controller::Program Controller::program() const {
   const std::lock_guard lock{mutex_};
-  return {.name = selected_, .state = robot_->state(), .line = robot_->line()};
+  return {.name = selected_, .state = as_told(robot_->state()), .line = robot_->line()};
 }
 
 std::expected<void, std::string> Controller::move(const krl::Motion& motion) {
@@ -380,7 +397,7 @@ FlowSources Controller::sources() const {
   };
   return {.sen_pint = read,
           .mode = mode_,
-          .program_state = static_cast<int>(robot_->state()) + 1,
+          .program_state = static_cast<int>(as_told(robot_->state())),
           .override_percent = std::get<std::int32_t>(variables_.at("$OV_PRO")),
           .base = frame_in("$BASE").value_or(Eigen::Isometry3d::Identity()),
           .tool = frame_in("$TOOL").value_or(Eigen::Isometry3d::Identity())};

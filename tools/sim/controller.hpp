@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/arm/robot_model.hpp"
+#include "proto/eki/messages.hpp"
 #include "tools/sim/eki_channel.hpp"
 #include "tools/sim/krl/interpreter.hpp"
 #include "tools/sim/krl/load.hpp"
@@ -113,7 +114,7 @@ class Controller final : public RsiProgram, private krl::Host {
   /// Selected program, line, state and TCP, for who records a path.
   struct Program {
     std::string name;
-    krl::ProgramState state = krl::ProgramState::Free;
+    eki::ProgramState state = eki::ProgramState::Free;
     int line = 0;
   };
   Program program() const;

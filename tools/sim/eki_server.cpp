@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "proto/eki/document_splitter.hpp"
+#include "tools/steering/accept_clients.hpp"
 
 namespace truepose::sim {
 
@@ -55,26 +56,20 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
  public:
   Channel(const asio::any_io_executor& executor, const std::string& address, const EkiPort& port,
           EkiListener& listener)
-      : name_{port.channel},
-        holder_{holding(executor, address, port.port)},
-        acceptor_{executor},
-        listener_{&listener} {}
+      : name_{port.channel}, holder_{holding(executor, address, port.port)}, listener_{&listener} {}
 
   std::uint16_t port() const { return holder_.local_endpoint().port(); }
 
   void listen(bool open) {
-    if (open == acceptor_.is_open()) return;
-    if (!open) return acceptor_.close();
-    acceptor_ = bound_to(holder_.get_executor(), holder_.local_endpoint());
-    acceptor_.listen();
-    accept();
-  }
-
-  void accept() {
-    acceptor_.async_accept([self = shared_from_this()](error_code error, tcp::socket socket) {
-      if (error == asio::error::operation_aborted) return;
-      if (!error) self->welcome(std::move(socket));
-      if (self->acceptor_.is_open()) self->accept();
+    if (open == (acceptor_ != nullptr)) return;
+    if (!open) {
+      acceptor_->close();
+      return acceptor_.reset();
+    }
+    acceptor_ = std::make_shared<tcp::acceptor>(bound_to(holder_.get_executor(), holder_.local_endpoint()));
+    acceptor_->listen();
+    steering::accept_clients(acceptor_, "EKI", [self = shared_from_this()](tcp::socket socket) {
+      self->welcome(std::move(socket));
     });
   }
 
@@ -94,7 +89,7 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   /// Ends everything without telling the listener, who is going.
   void end() {
     listener_ = nullptr;
-    acceptor_.close();
+    listen(false);
     lose(client_);
   }
 
@@ -159,8 +154,8 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   }
 
   std::string name_;
-  tcp::acceptor holder_;    // of the port
-  tcp::acceptor acceptor_;  // open while the program has opened the channel
+  tcp::acceptor holder_;                     // of the port
+  std::shared_ptr<tcp::acceptor> acceptor_;  // there while the program has opened the channel
   std::chrono::steady_clock::time_point closed_until_{};
   EkiListener* listener_;
   ClientPtr client_;

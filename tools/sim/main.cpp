@@ -6,7 +6,6 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
-#include <boost/json/parse.hpp>
 #include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
 #include <chrono>
@@ -221,35 +220,17 @@ std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
 
 std::string refusal(const std::string& why) { return control::json_text(json::object{{"error", why}}); }
 
-/// As truepose calls it.
-std::string_view name_of(sim::krl::ProgramState state) {
-  using enum sim::krl::ProgramState;
-  switch (state) {
-    case Free:
-      return eki::name(eki::ProgramState::Free);
-    case Reset:
-      return eki::name(eki::ProgramState::Reset);
-    case Active:
-      return eki::name(eki::ProgramState::Active);
-    case Stopped:
-      return eki::name(eki::ProgramState::Stopped);
-    case Ended:
-      return eki::name(eki::ProgramState::Ended);
-  }
-  return "";
-}
-
 std::string program_json(const sim::Controller::Program& program) {
   return control::json_text(
-      json::object{{"program", program.name}, {"state", name_of(program.state)}, {"line", program.line}});
+      json::object{{"program", program.name}, {"state", eki::name(program.state)}, {"line", program.line}});
 }
 
 /// What a line of the admin port comes to.
 std::string steered(const std::string& line, sim::SimulatedCell& cell, const config::Scenario& scenario) try {
-  boost::system::error_code malformed;
-  const json::value asked = json::parse(line, malformed);
-  const json::object* const members = asked.if_object();
-  if (malformed || members == nullptr) return refusal("expected one JSON object on the line");
+  const auto asked = control::parse_json(line);
+  if (!asked) return refusal(asked.error());
+  const json::object* const members = asked->if_object();
+  if (members == nullptr) return refusal("expected a JSON object, such as {\"ask\": \"program\"}");
   cell.flush_path();
   if (const json::value* what = members->if_contains("ask")) {
     if (*what == "program") return program_json(cell.program());

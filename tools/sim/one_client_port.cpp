@@ -12,6 +12,8 @@
 #include <deque>
 #include <utility>
 
+#include "tools/steering/accept_clients.hpp"
+
 namespace truepose::sim {
 
 namespace asio = boost::asio;
@@ -77,7 +79,7 @@ class Client : public std::enable_shared_from_this<Client> {
 }  // namespace
 
 /// Shared with the coroutines.
-class OneClientPort::State {
+class OneClientPort::State : public std::enable_shared_from_this<OneClientPort::State> {
  public:
   State(const asio::any_io_executor& executor, const std::string& address, std::uint16_t port,
         std::string turned_away, PortListener listener)
@@ -87,29 +89,28 @@ class OneClientPort::State {
 
   using Self = std::shared_ptr<State>;
 
-  static asio::awaitable<void> accept(Self self) {
-    while (!self->closed) {
-      auto [error, socket] = co_await self->acceptor.async_accept(kToResult);
-      if (error) continue;
-      const auto client = std::make_shared<Client>(std::move(socket));
+  void accept() {
+    steering::accept_clients({shared_from_this(), &acceptor}, "tracker", [this](tcp::socket socket) {
       // A client that left and came back at once: let the end of its old connection be seen first.
-      co_await asio::post(self->acceptor.get_executor(), asio::use_awaitable);
-      if (self->closed) co_return;
-      if (self->client) {
-        client->send_and_close(self->turned_away_);
-        continue;
-      }
-      self->client = client;
-      self->listener_.connected();
-      asio::co_spawn(self->acceptor.get_executor(), serve(self, client), asio::detached);
-    }
+      asio::post(acceptor.get_executor(),
+                 [self = shared_from_this(), come = std::make_shared<Client>(std::move(socket))] {
+                   self->welcome(come);
+                 });
+    });
   }
 
   tcp::acceptor acceptor;
   std::shared_ptr<Client> client;
-  bool closed = false;
 
  private:
+  void welcome(const std::shared_ptr<Client>& come) {
+    if (!acceptor.is_open()) return;
+    if (client) return come->send_and_close(turned_away_);
+    client = come;
+    listener_.connected();
+    asio::co_spawn(acceptor.get_executor(), serve(shared_from_this(), come), asio::detached);
+  }
+
   static asio::awaitable<void> serve(Self self, std::shared_ptr<Client> client) {
     std::array<char, 4096> received{};
     for (bool good = true; good;) {
@@ -130,11 +131,10 @@ class OneClientPort::State {
 OneClientPort::OneClientPort(asio::any_io_executor executor, const std::string& address, std::uint16_t port,
                              std::string turned_away, PortListener listener)
     : state_{std::make_shared<State>(executor, address, port, std::move(turned_away), std::move(listener))} {
-  asio::co_spawn(executor, State::accept(state_), asio::detached);
+  state_->accept();
 }
 
 OneClientPort::~OneClientPort() {
-  state_->closed = true;
   drop();
   error_code ignored;
   state_->acceptor.close(ignored);

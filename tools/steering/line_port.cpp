@@ -8,10 +8,10 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
-#include <chrono>
 #include <utility>
 
 #include "proto/control/line_splitter.hpp"
+#include "tools/steering/accept_clients.hpp"
 
 namespace truepose::steering {
 
@@ -39,27 +39,15 @@ asio::awaitable<void> serve(tcp::socket socket, std::shared_ptr<const LinePort::
 }  // namespace
 
 LinePort::LinePort(const asio::any_io_executor& executor, std::uint16_t port, Answer answer)
-    : acceptor_{executor, {asio::ip::address_v4::loopback(), port}},
-      again_{executor},
-      answer_{std::make_shared<const Answer>(std::move(answer))} {
-  accept();
+    : acceptor_{
+          std::make_shared<tcp::acceptor>(executor, tcp::endpoint{asio::ip::address_v4::loopback(), port})} {
+  const auto admit = [executor,
+                      shared = std::make_shared<const Answer>(std::move(answer))](tcp::socket socket) {
+    asio::co_spawn(executor, serve(std::move(socket), shared), asio::detached);
+  };
+  accept_clients(acceptor_, "admin", admit);
 }
 
-void LinePort::accept() {
-  acceptor_.async_accept([this](boost::system::error_code error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted) return;
-    if (error) return accept_later();
-    asio::co_spawn(acceptor_.get_executor(), serve(std::move(socket), answer_), asio::detached);
-    accept();
-  });
-}
-
-/// Out of file descriptors, mostly: trying again at once would only burn the processor.
-void LinePort::accept_later() {
-  again_.expires_after(std::chrono::milliseconds{100});
-  again_.async_wait([this](boost::system::error_code stopped) {
-    if (!stopped) accept();
-  });
-}
+LinePort::~LinePort() { acceptor_->close(); }
 
 }  // namespace truepose::steering

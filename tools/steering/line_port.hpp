@@ -2,7 +2,6 @@
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -21,15 +20,14 @@ class LinePort {
   /// @param port  0 picks a free one
   LinePort(const boost::asio::any_io_executor& executor, std::uint16_t port, Answer answer);
 
-  std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+  ~LinePort();
+  LinePort(const LinePort&) = delete;
+  LinePort& operator=(const LinePort&) = delete;
+
+  std::uint16_t port() const { return acceptor_->local_endpoint().port(); }
 
  private:
-  void accept();
-  void accept_later();
-
-  boost::asio::ip::tcp::acceptor acceptor_;
-  boost::asio::steady_timer again_;
-  std::shared_ptr<const Answer> answer_;
+  std::shared_ptr<boost::asio::ip::tcp::acceptor> acceptor_;
 };
 
 }  // namespace truepose::steering

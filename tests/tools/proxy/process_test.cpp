@@ -11,8 +11,6 @@
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
-#include <chrono>
-#include <thread>
 
 #include "tests/temp_folder.hpp"
 
@@ -29,11 +27,8 @@ const asio::ip::address kHere = asio::ip::address_v4::loopback();
 
 /// What a program wrote into its ready file; null where it ended without.
 json::value ready(Process& program, const std::filesystem::path& file) {
-  while (!std::filesystem::exists(file)) {
-    if (program.ended()) return nullptr;
-    std::this_thread::sleep_for(std::chrono::milliseconds{2});
-  }
-  return json::parse(text_of(file));
+  const std::string text = program.ready(file);
+  return text.empty() ? nullptr : json::parse(text);
 }
 
 TEST(TheProxyProgram, IsToldFaultsAtItsStartAndWhileItRuns) {

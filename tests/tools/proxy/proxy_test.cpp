@@ -15,6 +15,8 @@
 #include <functional>
 #include <memory>
 
+#include "tests/no_more_files.hpp"
+
 namespace truepose::proxy {
 namespace {
 
@@ -277,6 +279,13 @@ TEST_F(AProxy, FollowsItsTimelineInTheOrderOfTime) {
     io.poll();
   }
   EXPECT_GT(counted("/routes/0/to_target/lost"), 0);
+}
+
+TEST_F(AProxy, WaitsWhereNoFileIsLeftForAClientAndServesItOnceThereIs) {
+  const auto first = connection();
+  tcp::socket client{io};
+  EXPECT_LT(steps_without_files(io, client, tcp_port), 10U) << "it asked again and again";
+  until([&] { return counted("/routes/0/connections") == 2; });
 }
 
 TEST_F(AProxy, SaysWhichAddressItCannotHave) {

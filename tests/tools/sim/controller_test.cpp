@@ -343,7 +343,7 @@ TEST(Controller, MakesSplinesAndSwitchesOnTheirPath) {
       "$TIMER_STOP[1]=TRUE\nPTP {A1 $TIMER[1]/10.0}\n")};
   controller.advance(20s);
   EXPECT_THAT(controller.take_messages(), IsEmpty());
-  EXPECT_EQ(controller.program().state, krl::ProgramState::Ended);
+  EXPECT_EQ(controller.program().state, eki::ProgramState::Ended);
   EXPECT_EQ(controller.moves(), 3U) << "a block is one motion";
   EXPECT_NEAR(controller.axes()[0] * kDegPerRad, 35, 0.8) << "30 mm at 200 mm/s and 20 mm of braking";
 }
@@ -353,7 +353,7 @@ TEST(Controller, RefusesTheParametersOfInlineFormsByNameAndLine) {
     Controller controller{with_program("BAS(#" + command + ",100)\n")};
     EXPECT_THAT(controller.take_messages(),
                 ElementsAre("part.src:2: BAS: BAS(#" + command + ", ...) of inline forms is not simulated"));
-    EXPECT_EQ(controller.program().state, krl::ProgramState::Stopped);
+    EXPECT_EQ(controller.program().state, eki::ProgramState::Stopped);
   }
 }
 
