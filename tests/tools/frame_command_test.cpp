@@ -185,12 +185,6 @@ TEST_F(FrameCommand, FilesThatTellNoFrameAreRefusedWithWhatIsMissing) {
   };
   const std::string q = "1,-80,90,10,45,20";
   EXPECT_THAT(error("tool", "q1,q2,q3,q4,q5,q6\n" + q + "\n"), HasSubstr("at least 4 are needed"));
-  const std::string read = "origin," + q + ",1,2,3\n";
-  EXPECT_THAT(error("tool", "point,q1,q2,q3,q4,q5,q6,x,y,z\n" + read + read + read),
-              HasSubstr("the tracker read point \"origin\" in 3 orientations; at least 4 are needed"));
-  EXPECT_THAT(
-      error("tool", "point,q1,q2,q3,q4,q5,q6,x,y,z\n" + read + read + read + read),
-      HasSubstr("by 0.0 deg only, so that what the arm errs along it would stay in point \"origin\""));
   EXPECT_THAT(error("base", "point,q1,q2,q3,q4,q5,q6\norigin," + q + "\n"),
               HasSubstr("give the tool that did (--tool)"));
   EXPECT_THAT(error("base", "point,x,y,z\norigin,1,2,3\nx,100,2,3\n"),

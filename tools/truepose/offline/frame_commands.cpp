@@ -70,8 +70,6 @@ int run_tool(const FrameCommand& command) {
   const Eigen::Matrix3d R_else =
       abc.empty() ? Eigen::Matrix3d::Identity()
                   : rotation_zyx(abc[0] * kRadPerDeg, abc[1] * kRadPerDeg, abc[2] * kRadPerDeg);
-  if (const std::string why = why_not_told(given.data, given.nominal); !why.empty())
-    throw CommandError{kFailed, command.data_file + ": " + why};
   const auto frame = tool_frame(given.data, given.by, R_else);
   const FrameDocument told = told_of(record::FrameKind::Tool, frame, given, command);
   tell(told, command);
