@@ -91,7 +91,10 @@ class Examples : public testing::Test {
   void wait_for(std::string_view state) {
     await(
         "the cell's state is " + std::string{state},
-        [&] { return status().at("state").as_string() == state; }, [&] { return json::serialize(status()); });
+        [&] { return status().at("state").as_string() == state; },
+        [&] {
+          return json::serialize(status()) + json::serialize(cell_.steer({{"ask", "program"}}));
+        });
   }
 
   /// @param shown  the campaign's id in the examples
