@@ -331,6 +331,43 @@ TEST(DriftUpdateOverManyArms, IsALittleTooSureOfAnArmThatHasHardlyWarmedUp) {
   EXPECT_GE(trial.within, 0.8);
 }
 
+/// Rows of a real arm, some of them told once more as by encoders whose zeros have moved.
+TEST(DriftUpdateOfARealArm, FindsAllZerosThatMoved) {
+  const auto arm = real_arm();
+  if (!arm) GTEST_SKIP() << "no measurements of a real arm";
+  constexpr std::size_t kRows = 250, kMeasured = 20;
+  constexpr std::array kMoved_deg{-0.02, 0.03, -0.025, -0.03, 0.015, -0.04};
+  std::vector<Measurement> points = arm->data.points;
+  std::erase_if(points, [](const Measurement& point) { return point.smr != 0; });
+  points.resize(kRows);
+  MeasurementData data{{"1"}, points};
+  split_poses(data, 0.7, 1);
+  const auto calibration = calibrate(arm->robot, data, {.deviation = true, .thermal = ThermalUse::Off});
+  ASSERT_TRUE(calibration);
+  const DriftReference reference = reference_of(*calibration, data);
+  int within = 0;
+  const int runs = trials(50);
+  for (int run = 0; run < runs; ++run) {
+    Random random(static_cast<std::uint64_t>(run));
+    std::vector<Measurement> now;
+    for (std::size_t i = 0; i < kMeasured; ++i) {
+      now.push_back(points[random.next() % kRows]);
+      for (Eigen::Index k = 0; k < 6; ++k)
+        now.back().q[k] -= kMoved_deg[static_cast<std::size_t>(k)] * kRadPerDeg;
+    }
+    const auto update = update_after_drift(reference, now);
+    ASSERT_TRUE(update);
+    EXPECT_TRUE(update->explains) << "seed " << run;
+    for (const DriftMove& move : update->moves) {
+      if (move.what.kind != ChangeKind::JointZero) continue;
+      const double moved_rad = kMoved_deg[static_cast<std::size_t>(move.what.index)] * kRadPerDeg;
+      within += std::abs(move.moved[0] - moved_rad) < 2 * move.sigma[0];
+    }
+  }
+  std::cout << "zeros of a real arm found within two sigma: " << within << " of " << 6 * runs << "\n";
+  EXPECT_GE(within, least_rate(0.88) * 6 * runs);
+}
+
 TEST(DriftUpdateOverManyArms, MendsAWarmerArmFromEightPoints) {
   const UpdateTrial trial = updates("grown", [](CalibratedArm& arm) {
     arm.truth.robot = warmed(arm.truth.robot, {.zero = JointVector::Zero(6), .growth = 60e-6}, Seconds{7200});
