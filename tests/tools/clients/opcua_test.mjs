@@ -18,6 +18,7 @@ const [bin, source, folderOfServer] = process.argv.slice(2);
 globalThis.crypto ??= webcrypto; // in Node 18 too
 const opcua = createRequire(`${path.resolve(folderOfServer)}/`)("node-opcua");
 const { ControlSession } = await import(path.resolve(folderOfServer, "src/control_session.mjs"));
+const { storeOf } = await import(path.resolve(folderOfServer, "src/server.mjs"));
 const { AttributeIds, DataType, MessageSecurityMode, SecurityPolicy, StatusCodes, UserTokenType } = opcua;
 
 const SMALL = { identify_poses: 12, validate_poses: 6, remeasure: false, activate: false }; // a campaign
@@ -193,6 +194,16 @@ test("A client whose certificate is not in the trust list is refused, until it i
   const [file] = readdirSync(rejected);
   renameSync(path.join(rejected, file), path.join(pki, "trusted/certs", file));
   await until(async () => (await refusal(() => ours.connect(endpoint))) === "");
+});
+
+test("Moved before the server has seen it among the rejected ones, a certificate is trusted all the same", async () => {
+  const at = path.join(folder, "store");
+  const store = await storeOf(at, assert.fail);
+  assert.equal(await store.isCertificateTrusted(ours.getCertificate()), "BadCertificateUntrusted");
+  const [file] = readdirSync(path.join(at, "rejected"));
+  renameSync(path.join(at, "rejected", file), path.join(at, "trusted/certs", file));
+  await until(async () => (await store.verifyCertificate(ours.getCertificate())) === "Good");
+  await store.dispose();
 });
 
 test("Without encryption no session is opened", async () => {

@@ -50,8 +50,16 @@ function policiesOf(names) {
   });
 }
 
-async function storeOf(folder) {
+/**
+ * @param log  of one sentence
+ * @returns    the certificates that are trusted and those that were rejected, as they lie in the folder
+ */
+export async function storeOf(folder, log) {
   const store = new OPCUACertificateManager({ rootFolder: folder, automaticallyAcceptUnknownCertificate: false });
+  // Moved there before it was seen among the rejected ones, it would be taken for one of them for ever.
+  store.on("certificateAdded", (added) => {
+    if (added.store === "trusted") store.reloadCertificates().catch((error) => log(`${folder}: ${error.message}`));
+  });
   await store.initialize();
   return store;
 }
@@ -79,9 +87,9 @@ export async function makeServer(options, users, log) {
     securityPolicies: policiesOf(options.policies),
     securityModes: [MessageSecurityMode.SignAndEncrypt],
     allowAnonymous: options.anonymous,
-    serverCertificateManager: await storeOf(options.pki),
+    serverCertificateManager: await storeOf(options.pki, log),
     // Nobody is known by a certificate of a user: the key that the daemon wants to see is not here.
-    userCertificateManager: await storeOf(path.join(options.pki, "users")),
+    userCertificateManager: await storeOf(path.join(options.pki, "users"), log),
     userManager: new Users(users, log),
     isAuditing: true,
     serverCapabilities: { maxSessions: MOST_SESSIONS },
