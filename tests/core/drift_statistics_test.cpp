@@ -265,7 +265,7 @@ UpdateTrial updates(const char* what, Change change) {
 
 /// Of the new models' 95 % intervals.
 void expect_honest(const UpdateTrial& trial) {
-  EXPECT_GE(trial.within, all_trials() ? 0.93 : 0.87);
+  EXPECT_GE(trial.within, all_trials() ? 0.93 : 0.9);
   EXPECT_LE(trial.within, all_trials() ? 0.97 : 1.0);
 }
 
