@@ -14,10 +14,14 @@ namespace {
 /// leaves so little of their squares.
 constexpr double kStepLeaves = 0.25;
 
+Eigen::Vector3d mean_of(std::span<const Eigen::Vector3d> readings_mm) {
+  Eigen::Vector3d sum_mm(0, 0, 0);
+  for (const Eigen::Vector3d& reading : readings_mm) sum_mm += reading;
+  return sum_mm / static_cast<double>(readings_mm.size());
+}
+
 double sum_of_squares(std::span<const Eigen::Vector3d> readings_mm) {
-  Eigen::Vector3d mean_mm(0, 0, 0);
-  for (const Eigen::Vector3d& reading : readings_mm)
-    mean_mm += reading / static_cast<double>(readings_mm.size());
+  const Eigen::Vector3d mean_mm = mean_of(readings_mm);
   double sum = 0;
   for (const Eigen::Vector3d& reading : readings_mm) sum += (reading - mean_mm).squaredNorm();
   return sum;
@@ -27,6 +31,17 @@ double farthest_apart_mm(std::span<const Eigen::Vector3d> readings_mm) {
   double farthest_mm = 0;
   for (const Eigen::Vector3d& a : readings_mm)
     for (const Eigen::Vector3d& b : readings_mm) farthest_mm = std::max(farthest_mm, (a - b).norm());
+  return farthest_mm;
+}
+
+/// How far apart those before a moment and those after it are, on average, at the moment where that is most:
+/// one that moved before its last reading moved as far as before another.
+double farthest_step_mm(std::span<const Eigen::Vector3d> readings_mm) {
+  double farthest_mm = 0;
+  for (std::size_t k = 1; k < readings_mm.size(); ++k) {
+    const double step_mm = (mean_of(readings_mm.subspan(k)) - mean_of(readings_mm.first(k))).norm();
+    farthest_mm = std::max(farthest_mm, step_mm);
+  }
   return farthest_mm;
 }
 
@@ -48,16 +63,12 @@ std::optional<std::string> moved_reference(std::span<const Eigen::Vector3d> read
                                            const MeasurementNoise& stated, double accuracy_mm) {
   if (readings_mm.size() < 2) return std::nullopt;
   const Eigen::Matrix3d W = inverse_cholesky(reading_covariance(readings_mm.front(), stated));
-  Eigen::Vector3d mean_mm(0, 0, 0);
-  for (const Eigen::Vector3d& reading : readings_mm)
-    mean_mm += reading / static_cast<double>(readings_mm.size());
-  double distance2 = 0, off_mm = 0;
-  for (const Eigen::Vector3d& reading : readings_mm) {
-    distance2 += (W * (reading - mean_mm)).squaredNorm();
-    off_mm += (reading - mean_mm).norm() / static_cast<double>(readings_mm.size());
-  }
+  const Eigen::Vector3d mean_mm = mean_of(readings_mm);
+  double distance2 = 0;
+  for (const Eigen::Vector3d& reading : readings_mm) distance2 += (W * (reading - mean_mm)).squaredNorm();
   const int degrees = 3 * (static_cast<int>(readings_mm.size()) - 1);
-  const bool large = off_mm > kLargeFactor * accuracy_mm || distance2 > kMostScatter * kMostScatter * degrees;
+  const bool large = farthest_step_mm(readings_mm) > kLargeFactor * accuracy_mm ||
+                     distance2 > kMostScatter * kMostScatter * degrees;
   if (!large || chi_square_tail(distance2, degrees) >= kSignificance) return std::nullopt;
   return formatted(
       "the reference pose did not stay where it was: its %zu measurements are up to %.3f mm apart%s",

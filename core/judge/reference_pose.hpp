@@ -14,7 +14,7 @@ namespace truepose {
 inline constexpr double kMostScatter = 5;
 
 /// Whether one and the same pose, measured again and again, did not stay where it was: off by more than the
-/// stated noise explains, and by more than matters to a model of this accuracy.
+/// stated noise explains, and moved by more than matters to a model of this accuracy.
 ///
 /// @param accuracy_mm  mean error of the model
 /// @return a clause; nothing where it stayed, or was measured less than twice
