@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kHalved = 0.5;       // of the standard deviation
 constexpr double kStatedCounts = 10;  // residuals: a stated noise is known to a quarter
+constexpr double kQuarterMore = 1.25;
+constexpr double kSeldom = 1000;  // is a noise that is up to a quarter more than stated
 
 /// Chance of a share of squares beyond `share` for `unknowns` columns beside twice `shape` others, by the
 /// beta distribution; a little too large for an odd number of them.
@@ -25,8 +27,8 @@ double beta_tail(double share, double shape, Eigen::Index unknowns) {
 
 }  // namespace
 
-bool noise_explains(const TimeEvidence& evidence, const Eigen::VectorXd& left, Eigen::Index unknowns) {
-  if (!evidence.noise_known) return false;
+StatedNoise stated_noise(const TimeEvidence& evidence, const Eigen::VectorXd& left, Eigen::Index unknowns) {
+  if (!evidence.noise_known) return StatedNoise::Contradicts;
   double along2 = 0, degrees_along = 0;
   for (Eigen::Index row = 0; row < left.size(); row += 3) {
     const Eigen::Vector3d beam = evidence.beams.segment<3>(row);
@@ -37,7 +39,12 @@ bool noise_explains(const TimeEvidence& evidence, const Eigen::VectorXd& left, E
   const auto fits = [=](double squares, double degrees) {
     return gamma_tail(squares / 2, part_left * degrees / 2) >= kSignificance;
   };
-  return fits(along2, degrees_along) && fits(left.squaredNorm() - along2, evidence.degrees - degrees_along);
+  const auto explains = [&](double more) {
+    const double along = along2 / (more * more), across = left.squaredNorm() / (more * more) - along;
+    return fits(along, degrees_along) && fits(across, evidence.degrees - degrees_along);
+  };
+  if (explains(1)) return StatedNoise::Explains;
+  return explains(kQuarterMore) ? StatedNoise::NearlyExplains : StatedNoise::Contradicts;
 }
 
 double squares_left(const Gain& gain, const TimeEvidence& evidence) {
@@ -50,11 +57,12 @@ bool halves(const Gain& gain, const TimeEvidence& evidence) {
 }
 
 double chance_of(const Gain& gain, const TimeEvidence& evidence) {
-  if (!gain.as_stated && !halves(gain, evidence)) return 1;
-  const double stated = gain.as_stated ? kStatedCounts : 0;
+  const bool as_stated = gain.noise == StatedNoise::Explains, halved = halves(gain, evidence);
+  if (gain.noise == StatedNoise::Contradicts && !halved) return 1;
+  const double stated = as_stated ? kStatedCounts : 0, rarer = as_stated || halved ? 1 : kSeldom;
   const auto degrees_left = static_cast<double>(evidence.degrees - gain.unknowns);
-  return beta_tail(gain.squares / (stated + squares_left(gain, evidence) + gain.squares),
-                   (stated + degrees_left) / 2, gain.unknowns);
+  return rarer * beta_tail(gain.squares / (stated + squares_left(gain, evidence) + gain.squares),
+                           (stated + degrees_left) / 2, gain.unknowns);
 }
 
 }  // namespace truepose

@@ -6,17 +6,23 @@
 
 namespace truepose {
 
-/// Whether the stated noise explains residuals: along the beams, and across them.
+/// What the stated noise says of residuals.
+enum class StatedNoise {
+  Explains,
+  NearlyExplains,  ///< were it a quarter more
+  Contradicts,     ///< or nobody stated one
+};
+
+/// Of residuals along the beams, and across them.
 ///
 /// @param unknowns  of the columns beside the parameters that these residuals are left by
-bool noise_explains(const TimeEvidence& evidence, const Eigen::VectorXd& left, Eigen::Index unknowns);
+StatedNoise stated_noise(const TimeEvidence& evidence, const Eigen::VectorXd& left, Eigen::Index unknowns);
 
-/// Of the squares of the residuals, what further columns take away, and whether they leave what the stated
-/// noise explains.
+/// Of the squares of the residuals, what further columns take away.
 struct Gain {
   double squares = 0;
   Eigen::Index unknowns = 0;
-  bool as_stated = false;
+  StatedNoise noise = StatedNoise::Contradicts;  ///< of what is left
 };
 
 /// Of the squares of the residuals, what it leaves.
@@ -26,8 +32,9 @@ double squares_left(const Gain& gain, const TimeEvidence& evidence);
 bool halves(const Gain& gain, const TimeEvidence& evidence);
 
 /// Chance at which columns explain so much where nothing moved: by a beta distribution, whatever the scale of
-/// the noise, but that a stated one which explains what is left counts like so many residuals. 1 where
-/// neither it explains that nor the columns halve the standard deviation.
+/// the noise, but that a stated one which explains what is left counts like so many residuals, and that it
+/// seldom is a quarter more than stated. 1 where neither it explains that nor the columns halve the standard
+/// deviation.
 double chance_of(const Gain& gain, const TimeEvidence& evidence);
 
 }  // namespace truepose

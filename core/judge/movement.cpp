@@ -46,7 +46,7 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
     if (!search.has_moments()) continue;
     consider(search.best_step());
     if (change.what.kind != ChangeKind::JointZero) consider(search.trend());
-    if (is_base && likely.empty() && !noise_explains(evidence, evidence.r, 0))
+    if (is_base && likely.empty() && stated_noise(evidence, evidence.r, 0) != StatedNoise::Explains)
       consider(search.best_two_steps());
   }
   return likely;

@@ -166,7 +166,7 @@ PossibleMovement MovementSearch::fitted(Movement movement, const Trial& trial) c
   const Eigen::VectorXd step = trial.equations.step();
   Gain gain{.squares = trial.equations.gain(step), .unknowns = step.size()};
   if (evidence_.degrees <= gain.unknowns) return {};
-  gain.as_stated = noise_explains(evidence_, left_by(trial.shares, step), gain.unknowns);
+  gain.noise = stated_noise(evidence_, left_by(trial.shares, step), gain.unknowns);
   movement.what = what_;
   movement.halves = halves(gain, evidence_);
   movement.moved_mm = moved_mm(trial.shares, step);
