@@ -206,6 +206,21 @@ test("Moved before the server has seen it among the rejected ones, a certificate
   await store.dispose();
 });
 
+test("A client that goes on trying takes no certificate away from those that are trusted", async () => {
+  const at = path.join(folder, "tried");
+  const certificate = ours.getCertificate();
+  const store = await storeOf(at, assert.fail);
+  await store.isCertificateTrusted(certificate);
+  const [file] = readdirSync(path.join(at, "rejected"));
+  renameSync(path.join(at, "rejected", file), path.join(at, "trusted/certs", file));
+  await until(async () => (await store.verifyCertificate(certificate)) === "Good");
+  await store.rejectCertificate(certificate);
+  assert.deepEqual(readdirSync(path.join(at, "trusted/certs")), [file]);
+  assert.deepEqual(readdirSync(path.join(at, "rejected")), []);
+  assert.equal(await store.verifyCertificate(certificate), "Good");
+  await store.dispose();
+});
+
 test("Without encryption no session is opened", async () => {
   const none = { securityMode: MessageSecurityMode.None, securityPolicy: SecurityPolicy.None };
   const open = await clientOf("open", none);

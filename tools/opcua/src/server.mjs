@@ -1,4 +1,6 @@
 /** The OPC UA server itself: who may connect, and how. What it shows is made elsewhere. */
+import { X509Certificate } from "node:crypto";
+import { readFile, readdir } from "node:fs/promises";
 import os from "node:os";
 import path from "node:path";
 import {
@@ -50,12 +52,35 @@ function policiesOf(names) {
   });
 }
 
+const fingerprintOf = (certificate) => new X509Certificate(certificate).fingerprint256;
+
+/** @returns whether a file of the folder is that certificate; what is none, the library passes over too */
+async function holds(folder, certificate) {
+  const sought = fingerprintOf(certificate);
+  for (const name of await readdir(folder)) {
+    const found = await readFile(path.join(folder, name)).then(fingerprintOf).catch(() => null);
+    if (found === sought) return true;
+  }
+  return false;
+}
+
+/**
+ * What an operator has moved among the trusted certificates stays there: a client that went on trying meanwhile would
+ * have it moved back, or written among the rejected ones anew.
+ */
+class CertificateStore extends OPCUACertificateManager {
+  async rejectCertificate(certificateOrChain) {
+    const [certificate] = [certificateOrChain].flat();
+    if (!(await holds(this.trustedFolder, certificate))) await super.rejectCertificate(certificateOrChain);
+  }
+}
+
 /**
  * @param log  of one sentence
  * @returns    the certificates that are trusted and those that were rejected, as they lie in the folder
  */
 export async function storeOf(folder, log) {
-  const store = new OPCUACertificateManager({ rootFolder: folder, automaticallyAcceptUnknownCertificate: false });
+  const store = new CertificateStore({ rootFolder: folder, automaticallyAcceptUnknownCertificate: false });
   // Moved there before it was seen among the rejected ones, it would be taken for one of them for ever.
   store.on("certificateAdded", (added) => {
     if (added.store === "trusted") store.reloadCertificates().catch((error) => log(`${folder}: ${error.message}`));
