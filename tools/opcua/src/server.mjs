@@ -52,14 +52,12 @@ function policiesOf(names) {
   });
 }
 
-const fingerprintOf = (certificate) => new X509Certificate(certificate).fingerprint256;
-
 /** @returns whether a file of the folder is that certificate; what is none, the library passes over too */
 async function holds(folder, certificate) {
-  const sought = fingerprintOf(certificate);
   for (const name of await readdir(folder)) {
-    const found = await readFile(path.join(folder, name)).then(fingerprintOf).catch(() => null);
-    if (found === sought) return true;
+    const { raw } = await readFile(path.join(folder, name)).then((file) => new X509Certificate(file)).catch(() => ({}));
+    // Only what lies here is parsed: the other one is a stranger's, and may be anything.
+    if (raw?.equals(certificate.subarray(0, raw.length))) return true;
   }
   return false;
 }
