@@ -77,11 +77,15 @@ const clients = [];
 
 /** A client with a certificate of its own. */
 async function clientOf(name, security = SECURE) {
-  const clientCertificateManager = new opcua.OPCUACertificateManager({
+  const certificates = new opcua.OPCUACertificateManager({
     rootFolder: path.join(folder, name),
     automaticallyAcceptUnknownCertificate: true,
   });
-  await clientCertificateManager.initialize();
+  await certificates.initialize();
+  return clientWith(certificates, name, security);
+}
+
+function clientWith(clientCertificateManager, name, security = SECURE) {
   const client = opcua.OPCUAClient.create({
     ...security,
     applicationName: name,
@@ -237,6 +241,17 @@ test("Nobody is let in without a name, with a wrong token, or with somebody else
   for (const user of [undefined, userOf("Panel 1", "access-0"), userOf("Panel 1", tokens.Anna)])
     assert.match(await refusal(() => ours.createSession(user)), /BadIdentityToken|BadUserAccessDenied|find ANONYMOUS/);
   session = await ours.createSession(userOf("Panel 1"));
+  await session.readNamespaceArray();
+});
+
+test("Each of twenty clients has a session over a connection of its own, and one more is told that there are too many", async () => {
+  const others = Array.from({ length: 20 }, () => clientWith(ours.clientCertificateManager, "panel"));
+  for (const client of others) await client.connect(endpoint);
+  const open = [];
+  for (const client of others.slice(0, 19)) open.push(await client.createSession(userOf("Panel 1")));
+  assert.match(await refusal(() => others[19].createSession(userOf("Panel 1"))), /BadTooManySessions/);
+  await Promise.all(open.map((one) => one.close()));
+  await Promise.all(others.map((client) => client.disconnect()));
   await session.readNamespaceArray();
 });
 

@@ -17,6 +17,7 @@ import { OptionError } from "./options.mjs";
 const NAMESPACE = "urn:truepose:opcua";
 const PRODUCT = "truepose-opcua";
 const MOST_SESSIONS = 20; // the daemon has room for 24 of ours
+const MOST_CONNECTIONS = MOST_SESSIONS + 10; // who only looks at the endpoints, or is refused, has no session
 
 /** Users are those of the control port: name and token, which the daemon judges. */
 class Users extends UAUserManagerBase {
@@ -115,6 +116,7 @@ export async function makeServer(options, users, log) {
     userCertificateManager: await storeOf(path.join(options.pki, "users"), log),
     userManager: new Users(users, log),
     isAuditing: true,
+    maxConnectionsPerEndpoint: MOST_CONNECTIONS,
     serverCapabilities: { maxSessions: MOST_SESSIONS },
   });
   server.on("session_closed", (session) => users.release(session));
