@@ -7,14 +7,14 @@
 namespace truepose {
 namespace {
 
-constexpr Eigen::Index kPoints = 100;
+constexpr Eigen::Index kGainPoints = 100;
 
 /// Of points whose residuals are `deviation` along each beam and each way across it.
 TimeEvidence evidence_of(double deviation) {
-  TimeEvidence evidence{.degrees = 3 * kPoints, .noise_known = true};
-  evidence.U = Eigen::MatrixXd::Zero(3 * kPoints, 1);
-  evidence.r = Eigen::VectorXd::Constant(3 * kPoints, deviation);
-  evidence.beams = Eigen::Vector3d::UnitX().replicate<kPoints, 1>();
+  TimeEvidence evidence{.degrees = 3 * kGainPoints, .noise_known = true};
+  evidence.U = Eigen::MatrixXd::Zero(3 * kGainPoints, 1);
+  evidence.r = Eigen::VectorXd::Constant(3 * kGainPoints, deviation);
+  evidence.beams = Eigen::Vector3d::UnitX().replicate<kGainPoints, 1>();
   return evidence;
 }
 
