@@ -51,7 +51,7 @@ TEST_F(StoreWatchTest, AFullDiskPausesACampaignWhichGoesOnWithItsPointOnceThereI
     for (; now->at("state") != "paused"; now = co_await ask("cell.status")) co_await pass(1s);
     const auto measured = now->at_pointer("/campaign/done");
     const JointVector stands = mock.q();
-    co_await pass(1h);
+    co_await pass(10min);
     EXPECT_EQ(mock.q(), stands);
 
     Answer answer = co_await ask("campaign.resume");

@@ -168,6 +168,12 @@ TEST_F(ToolCampaignTest, RefusesOrientationsThatAreAllAlike) {
   EXPECT_THAT(refused(), HasSubstr("tilt the flange's direction"));
 }
 
+TEST_F(ToolCampaignTest, TellsNoTcpByFewerOrientationsThanShowASlip) {
+  order.poses = 3;
+  EXPECT_THAT(refused(), HasSubstr("in 3 orientations; at least 4 are needed"));
+  EXPECT_THAT(journal.points, SizeIs(3)) << "what was measured is kept";
+}
+
 TEST_F(ToolCampaignTest, KeepsClearOfItWhatIsKnownOfTheTool) {
   cell_file.robot.body = {{7, {{0, 0, 0}, {0, 0, 40}, 50}}};
   EXPECT_EQ(cell_with_tool(cell_file, order).robot.body.size(), 1U) << "nothing is known of it";
