@@ -212,6 +212,17 @@ TEST_F(Offline, CalibrateSaysWhenNothingWasValidated) {
   EXPECT_NE(run.err.find("nothing but the points that it was fitted to"), std::string::npos) << run.err;
 }
 
+TEST_F(Offline, WhyItFailedStandsBehindTheReportWhereBothGoToOneFile) {
+  const Finished run = run_program(
+      "/bin/sh", {"-c", "exec \"$0\" \"$@\" 2>&1", std::filesystem::path{TRUEPOSE_BIN_DIR} / "truepose",
+                  "calibrate", "--robot", kRobot, "--data", write_golden_points(false)});
+  EXPECT_EQ(run.exit_code, 1);
+  const std::size_t why = run.out.find("truepose: ");
+  ASSERT_NE(why, std::string::npos) << run.out;
+  EXPECT_GT(why, run.out.find("Verdict: amber"));
+  EXPECT_EQ(run.out.find('\n', why), run.out.size() - 1) << "the last line";
+}
+
 TEST_F(Offline, CalibrateValidatesOnAnotherFile) {
   const std::string data = write_golden_points(true);
   const json::object document =

@@ -21,7 +21,7 @@ namespace {
 
 int complain(std::string message, int exit_code) {
   std::ranges::replace(message, '\n', ' ');
-  std::fprintf(stderr, "truepose: %s\n", message.c_str());
+  say_beside("truepose: " + message);
   return exit_code;
 }
 
@@ -169,6 +169,11 @@ void flush_standard_output() {
   const std::string why = errno == 0 ? "" : std::string{": "} + std::strerror(errno);
   if (!std::cout || std::ferror(stdout) != 0)
     throw CommandError{kBadInput, "standard output cannot be written" + why};
+}
+
+void say_beside(const std::string& sentence) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "%s\n", sentence.c_str());
 }
 
 int run_command_line(const CommandLine& line, std::vector<std::string> words) {

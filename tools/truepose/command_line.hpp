@@ -96,6 +96,10 @@ struct CommandLine {
 /// Throws CommandError where not all that was printed arrived, as on a full disk.
 void flush_standard_output();
 
+/// Says on standard error what is no part of the answer, behind all that was printed before: where both go to
+/// one file it would stand in the midst of it.
+void say_beside(const std::string& sentence);
+
 /// Runs the command that the words ask for. @return the exit code: kBadInput too where what it printed did
 /// not arrive
 int run_command_line(const CommandLine& line, std::vector<std::string> words);

@@ -109,8 +109,7 @@ int run_add(const AccessCommand& command) {
   file.write();
   if (token.empty()) return kDone;
   std::printf("%s\n", token.c_str());
-  std::fprintf(stderr, "truepose: the token of %s is kept nowhere: it is not shown again\n",
-               command.name.c_str());
+  say_beside("truepose: the token of " + command.name + " is kept nowhere: it is not shown again");
   return kDone;
 }
 

@@ -1,12 +1,12 @@
 #include "tools/truepose/offline/arm_options.hpp"
 
-#include <cstdio>
 #include <numeric>
 #include <string_view>
 #include <vector>
 
 #include "config/model_update.hpp"
 #include "config/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -37,20 +37,18 @@ Check positive(std::size_t count, const std::string& form) {
 void tell_failed_verdict(const config::ModelFile& model, const std::string& place) {
   if (!model.verdict || !model.verdict->failed()) return;
   const VerdictColor color = model.verdict->color();
-  std::fprintf(stderr, "%s: judged %s when it was made, %s: %s\n", place.c_str(),
-               name_of(kVerdictColorNames, color).data(),
-               color == VerdictColor::Red ? "do not use it" : "look into that before you use it",
-               model.verdict->findings.front().sentence.c_str());
+  const std::string to_do = color == VerdictColor::Red ? "do not use it" : "look into that before you use it";
+  say_beside(place + ": judged " + std::string{name_of(kVerdictColorNames, color)} + " when it was made, " +
+             to_do + ": " + model.verdict->findings.front().sentence);
 }
 
 namespace {
 
 void tell_doubts(const config::ModelFile& model, const std::filesystem::path& file) {
   if (model.sha256.empty())
-    std::fprintf(stderr,
-                 "%s: it carries no hash: written before models had one, or cut off: nobody can tell whether "
-                 "it was changed; identify again to be sure\n",
-                 file.c_str());
+    say_beside(file.string() +
+               ": it carries no hash: written before models had one, or cut off: nobody can tell whether "
+               "it was changed; identify again to be sure");
   tell_failed_verdict(model, file.string());
 }
 
@@ -83,11 +81,10 @@ config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem
 void note_open_payload(const config::ModelFile& model, const std::filesystem::path& file,
                        const char* to_say_it) {
   if (!config::is_payload_open(model)) return;
-  std::fprintf(
-      stderr,
-      "%s: measured under several payloads, and nobody says what the arm carries: it is taken to carry "
-      "nothing; %s\n",
-      file.c_str(), to_say_it);
+  say_beside(file.string() +
+             ": measured under several payloads, and nobody says what the arm carries: it is taken to carry "
+             "nothing; " +
+             to_say_it);
 }
 
 config::ModelFile as_warm(config::ModelFile model, std::span<const double> temperature_c,
@@ -96,10 +93,11 @@ config::ModelFile as_warm(config::ModelFile model, std::span<const double> tempe
   const std::vector<double>& reference_c = model.thermal->reference_c;
   const double mean_c =
       std::accumulate(reference_c.begin(), reference_c.end(), 0.0) / static_cast<double>(reference_c.size());
-  std::fprintf(stderr,
-               "%s: nobody says how warm the drives are: the arm is taken as it is at the model's reference, "
-               "%.1f C on average\n",
-               file.c_str(), mean_c);
+  say_beside(
+      file.string() +
+      formatted(": nobody says how warm the drives are: the arm is taken as it is at the model's reference, "
+                "%.1f C on average",
+                mean_c));
   return model;
 }
 

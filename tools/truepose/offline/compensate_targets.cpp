@@ -341,7 +341,7 @@ class Output {
       if (!document_.contains("notes")) document_["notes"] = json::array{};
       document_["notes"].as_array().emplace_back(std::move(text));
     } else {
-      std::cerr << "truepose: " << text << '\n';
+      say_beside("truepose: " + text);
     }
   }
   std::ostream* csv() {

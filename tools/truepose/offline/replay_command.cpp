@@ -240,8 +240,7 @@ int run_replay(const Replay& command) {
                                      findings_text(header, *report) + stream_text(report->stream);
   std::fputs(text.c_str(), stdout);
   if (!report->damage.empty())
-    std::fprintf(stderr, "truepose: %s: %s: read up to there\n", command.file.c_str(),
-                 report->damage.c_str());
+    say_beside("truepose: " + command.file + ": " + report->damage + ": read up to there");
   return report->same() ? kDone : kFailed;
 }
 

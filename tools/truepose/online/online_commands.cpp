@@ -60,8 +60,8 @@ int print_events(const OnlineArguments& given, const json::object& params) {
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
   const json::value subscribed = value_or_throw(client.call("events.subscribe", params));
   for (const json::value& gap : list_at(subscribed, "/missing"))
-    std::fprintf(stderr, "truepose: events %s to %s may be missing: %s\n", text_at(gap, "/first").c_str(),
-                 text_at(gap, "/last").c_str(), text_at(gap, "/reason").c_str());
+    say_beside("truepose: events " + text_at(gap, "/first") + " to " + text_at(gap, "/last") +
+               " may be missing: " + text_at(gap, "/reason"));
   for (std::uint64_t seen = 0; !given.count || seen < *given.count; ++seen) {
     const control::Event event = value_or_throw(client.next_event());
     print(given.online.json
