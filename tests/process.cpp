@@ -105,4 +105,11 @@ Finished run_program(const std::string& name, const std::vector<std::string>& ar
   return {.exit_code = exit_code, .out = program.output(), .err = program.errors()};
 }
 
+Finished run_into_one_file(const std::string& name, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words{"-c", "exec \"$0\" \"$@\" 2>&1",
+                                 std::filesystem::path{TRUEPOSE_BIN_DIR} / name};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  return run_program("/bin/sh", words);
+}
+
 }  // namespace truepose

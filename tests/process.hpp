@@ -58,4 +58,7 @@ struct Finished {
 /// Runs a program to its end.
 Finished run_program(const std::string& name, const std::vector<std::string>& arguments);
 
+/// The same with all that it says in `out`, as it comes.
+Finished run_into_one_file(const std::string& name, const std::vector<std::string>& arguments);
+
 }  // namespace truepose

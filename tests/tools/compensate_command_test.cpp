@@ -219,6 +219,17 @@ TEST_F(Compensate, AModelWithoutCovarianceGivesNoStandardDeviationAndSaysSoOnce)
   EXPECT_THAT(csv.out, StartsWith("q1,q2,q3,q4,q5,q6,residual_mm,residual_deg\n"));
 }
 
+TEST_F(Compensate, WhatIsSaidBesideTheRowsStandsBehindThemWhereBothGoToOneFile) {
+  model_.covariance.resize(0, 0);
+  folder_.write("model.yaml", config::model_yaml(model_));
+  const Finished run = run_into_one_file("truepose", {"compensate", "--robot", kRobot, "--model", model_file_,
+                                                      "--joints", file(std::string(kJoints) + kRegularRow)});
+  EXPECT_EQ(run.exit_code, 0);
+  const std::size_t note = run.out.find("truepose: ");
+  ASSERT_NE(note, std::string::npos) << run.out;
+  EXPECT_EQ(std::ranges::count(run.out.substr(0, note), '\n'), 2) << run.out;
+}
+
 TEST_F(Compensate, PositionsAloneAreReachedFromWhereTheTargetBeforeStood) {
   const json::object found = document(
       {"--poses", file("x,y,z\n1700,0,1500\n1700,5,1500\n1700,10,1500\n"), "--near", "0,-80,100,0,40,0"});

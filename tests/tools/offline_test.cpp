@@ -213,9 +213,8 @@ TEST_F(Offline, CalibrateSaysWhenNothingWasValidated) {
 }
 
 TEST_F(Offline, WhyItFailedStandsBehindTheReportWhereBothGoToOneFile) {
-  const Finished run = run_program(
-      "/bin/sh", {"-c", "exec \"$0\" \"$@\" 2>&1", std::filesystem::path{TRUEPOSE_BIN_DIR} / "truepose",
-                  "calibrate", "--robot", kRobot, "--data", write_golden_points(false)});
+  const Finished run =
+      run_into_one_file("truepose", {"calibrate", "--robot", kRobot, "--data", write_golden_points(false)});
   EXPECT_EQ(run.exit_code, 1);
   const std::size_t why = run.out.find("truepose: ");
   ASSERT_NE(why, std::string::npos) << run.out;

@@ -172,6 +172,7 @@ void flush_standard_output() {
 }
 
 void say_beside(const std::string& sentence) {
+  std::cout.flush();
   std::fflush(stdout);
   std::fprintf(stderr, "%s\n", sentence.c_str());
 }
