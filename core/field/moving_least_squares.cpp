@@ -76,7 +76,7 @@ class LocalPlane {
       rows_.col(k).tail(z.size()) = (root_weight_[k] / bandwidth) * (columns.col(point(k)) - z);
     }
     N_.setZero(rows_.rows(), rows_.rows());
-    N_.selfadjointView<Eigen::Lower>().rankUpdate(rows_);
+    add_outer_gram(rows_, N_);
   }
   LocalPlane(const LocalPlane&) = delete;
 

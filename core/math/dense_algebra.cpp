@@ -249,6 +249,13 @@ Eigen::MatrixXd gram(const ConstRef& A) {
   return G;
 }
 
+void add_outer_gram(const ConstRef& A, Eigen::Ref<Eigen::MatrixXd> S) {
+  assert(S.rows() == A.rows() && S.cols() == A.rows());
+  const int n = static_cast<int>(A.rows());
+  kernels::best().multiply(strided(A), transposed(A), 1, S.data(), S.outerStride(), n,
+                           static_cast<int>(A.cols()), n, true);
+}
+
 Eigen::MatrixXd congruence(const ConstRef& A, const ConstRef& C) { return times_transposed(times(A, C), A); }
 
 std::vector<Eigen::Matrix3d> congruence_blocks(const ConstRef& A, const ConstRef& C) {

@@ -118,6 +118,9 @@ Eigen::MatrixXd transposed_times(const Eigen::Ref<const Eigen::MatrixXd>& A,
 /// A' A.
 Eigen::MatrixXd gram(const Eigen::Ref<const Eigen::MatrixXd>& A);
 
+/// Adds A A' to the lower triangle of S; what is above means nothing afterwards. Does not allocate.
+void add_outer_gram(const Eigen::Ref<const Eigen::MatrixXd>& A, Eigen::Ref<Eigen::MatrixXd> S);
+
 /// A C A'.
 Eigen::MatrixXd congruence(const Eigen::Ref<const Eigen::MatrixXd>& A,
                            const Eigen::Ref<const Eigen::MatrixXd>& C);

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <Eigen/SVD>
-
 #include "core/identify/measurement_model.hpp"
 #include "tests/core/example_arms.hpp"
+#include "tests/core/singular_values.hpp"
 
 namespace truepose {
 
@@ -18,11 +17,10 @@ inline double least_variance(const CalibratedCell& truth, const MeasurementData&
   residuals_with_jacobian(truth, data.points, f, J);
   residuals_with_jacobian(truth, fresh.points, f, J_fresh);
   const Eigen::VectorXd scale = J.colwise().norm().cwiseMax(1e-12).cwiseInverse();
-  Eigen::BDCSVD<Eigen::MatrixXd> svd(J * scale.asDiagonal(), Eigen::ComputeThinV);
-  svd.setThreshold(1e-9);
-  const Eigen::Index rank = svd.rank();
-  const Eigen::MatrixXd directions = J_fresh * scale.asDiagonal() * svd.matrixV().leftCols(rank) *
-                                     svd.singularValues().head(rank).cwiseInverse().asDiagonal();
+  const SingularValues known = singular_values(J * scale.asDiagonal());
+  const Eigen::VectorXd inverse =
+      (known.values.array() > 1e-9 * known.values.maxCoeff()).select(known.values.cwiseInverse(), 0);
+  const Eigen::MatrixXd directions = J_fresh * scale.asDiagonal() * known.V * inverse.asDiagonal();
   return example::kSigma_mm * example::kSigma_mm * directions.squaredNorm();
 }
 

@@ -14,6 +14,7 @@
 #include <stdexcept>
 
 #include "core/step_count.hpp"
+#include "tests/trials.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -22,7 +23,7 @@ namespace asio = boost::asio;
 
 // Under the thread sanitizer this shows what otherwise crashes once in many runs.
 TEST(Worker, CarriesOutAJobWhoseCallerIsCancelledAtAnyMoment) {
-  for (int trial = 0; trial < 2000; ++trial) {
+  for (int trial = 0; trial < trials(2000); ++trial) {
     asio::io_context io;
     Worker worker;  // whose thread lets go of the loop a moment after it has answered
     asio::cancellation_signal cancel;
