@@ -125,7 +125,8 @@ Eigen::VectorXd residuals(const CalibratedCell& cell, std::span<const Measuremen
   for (std::size_t n = 0; n < points.size(); ++n) {
     const Eigen::Vector3d& p_FS_mm = cell.reflectors[static_cast<std::size_t>(points[n].smr)].p_FS_mm;
     f.segment<3>(3 * static_cast<Eigen::Index>(n)) =
-        X_WB[static_cast<std::size_t>(points[n].station)] * (X_BF[n] * p_FS_mm) - points[n].p_WS_mm;
+        transformed(X_WB[static_cast<std::size_t>(points[n].station)], transformed(X_BF[n], p_FS_mm)) -
+        points[n].p_WS_mm;
   }
   return f;
 }

@@ -87,7 +87,10 @@ ErrorForm::ErrorForm(const RobotModel& arm, Eigen::Index reflector_count, std::s
   Q -= transposed_times(mixed, reflectors);
 }
 
-double error_of(const Form& Q, const Entries& z) { return z.dot(Q * z); }
+// Products are written out (lazyProduct): Eigen takes 10 rows for many, and calls what is made for large
+// matrices.
+
+double error_of(const Form& Q, const Entries& z) { return z.dot(Q.lazyProduct(z)); }
 
 /// A rotation and the squared error with it.
 struct Candidate {
@@ -110,10 +113,11 @@ NewtonStep newton_step(const Form& Q, const Eigen::Matrix3d& M, double damping) 
     by_turn.col(i) = entries_of(turned);
   }
   by_turn.row(9).setZero();
-  const Entries slope = Q * entries_of(M);
-  const Eigen::Vector3d gradient = by_turn.transpose() * slope;
+  const Entries slope = Q.lazyProduct(entries_of(M));
+  const Eigen::Vector3d gradient = by_turn.transpose().lazyProduct(slope);
   const Eigen::Matrix3d bend = matrix_of(slope.head<9>()) * M.transpose();
-  Eigen::Matrix3d curvature = by_turn.transpose() * (Q * by_turn);
+  const Eigen::Matrix<double, 10, 3> bent = Q.lazyProduct(by_turn);
+  Eigen::Matrix3d curvature = by_turn.transpose().lazyProduct(bent);
   curvature += 0.5 * (bend + bend.transpose());
   curvature.diagonal().array() += damping - bend.trace();
   const Eigen::Matrix3d W = inverse_cholesky(curvature);

@@ -130,34 +130,46 @@ constexpr std::size_t kMostRowsInAnyOrder = 5000;  // each is compared with each
 constexpr std::size_t kPointsToMatch = 60;
 constexpr int kPlacementsTried = 200, kPlacementsKept = 5;
 
-/// Which row's joints put the reflector nearest to each of `points`.
-std::vector<std::size_t> nearest_rows(const CalibratedCell& cell, std::span<const Measurement> points,
-                                      const Points& rows) {
-  const std::vector<Eigen::Isometry3d> flange = flange_poses(cell.robot, rows);
-  const Eigen::Isometry3d X_WB = cell.base.isometry();
-  std::vector<Eigen::Vector3d> predicted;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Eigen::Vector3d& p_FS_mm = cell.reflectors[static_cast<std::size_t>(rows[i].smr)].p_FS_mm;
-    predicted.emplace_back(X_WB * (flange[i] * p_FS_mm));
-  }
-  std::vector<std::size_t> nearest;
-  for (const Measurement& point : points) {
-    const auto distance = [&](const Eigen::Vector3d& p) { return (p - point.p_WS_mm).squaredNorm(); };
-    nearest.push_back(
-        static_cast<std::size_t>(std::ranges::min_element(predicted, {}, distance) - predicted.begin()));
-  }
-  return nearest;
-}
+/// Rows any of whose joints may belong to any point, and where an arm's flange is with them, wherever it
+/// stands.
+class AnyRows {
+ public:
+  AnyRows(const RobotModel& arm, const Points& rows) : rows_{rows}, flange_{flange_poses(arm, rows)} {}
 
-Points matched(const CalibratedCell& cell, std::span<const Measurement> points, const Points& rows) {
-  const std::vector<std::size_t> nearest = nearest_rows(cell, points, rows);
-  Points pairs{points.begin(), points.end()};
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    pairs[k].q = rows[nearest[k]].q;
-    pairs[k].smr = rows[nearest[k]].smr;
+  const std::vector<Eigen::Isometry3d>& flange() const { return flange_; }
+
+  /// Which row's joints put the reflector nearest to each of `points`.
+  std::vector<std::size_t> nearest(const CalibratedCell& placed, std::span<const Measurement> points) const {
+    const Eigen::Isometry3d X_WB = placed.base.isometry();
+    Eigen::Matrix3Xd predicted(3, static_cast<Eigen::Index>(rows_.size()));
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Eigen::Vector3d& p_FS_mm = placed.reflectors[static_cast<std::size_t>(rows_[i].smr)].p_FS_mm;
+      predicted.col(static_cast<Eigen::Index>(i)) = transformed(X_WB, transformed(flange_[i], p_FS_mm));
+    }
+    std::vector<std::size_t> nearest;
+    for (const Measurement& point : points) {
+      Eigen::Index row = 0;
+      (predicted.colwise() - point.p_WS_mm).colwise().squaredNorm().minCoeff(&row);
+      nearest.push_back(static_cast<std::size_t>(row));
+    }
+    return nearest;
   }
-  return pairs;
-}
+
+  /// The points with the joints that are nearest.
+  Points matched(const CalibratedCell& placed, std::span<const Measurement> points) const {
+    const std::vector<std::size_t> row = nearest(placed, points);
+    Points pairs{points.begin(), points.end()};
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      pairs[k].q = rows_[row[k]].q;
+      pairs[k].smr = rows_[row[k]].smr;
+    }
+    return pairs;
+  }
+
+ private:
+  const Points& rows_;
+  std::vector<Eigen::Isometry3d> flange_;
+};
 
 Eigen::Vector3d random_turn(Random& random) {
   const double x = random.normal(), y = random.normal(), z = random.normal();
@@ -182,9 +194,10 @@ struct Guess {
 
 /// Nearest neighbours and the fit to them in turn. Source: Besl, McKay, A method for registration of 3-D
 /// shapes, 1992.
-void iterate(Guess& guess, Names names, std::span<const Measurement> points, const Points& rows, int rounds) {
+void iterate(Guess& guess, Names names, std::span<const Measurement> points, const AnyRows& rows,
+             int rounds) {
   for (int round = 0; round < rounds; ++round) {
-    const Points pairs = matched(guess.cell, points, rows);
+    const Points pairs = rows.matched(guess.cell, points);
     guess.cell = placement(guess.cell.robot, names, pairs);
     guess.error_mm = median(misses(guess.cell, pairs));
   }
@@ -196,7 +209,8 @@ CalibratedCell placed_as_sets(const RobotModel& arm, Names names, const Points& 
   const std::size_t count = std::min(rows.size(), kPointsToMatch);
   for (std::size_t k = 0; k < count; ++k) points.push_back(rows[k * rows.size() / count]);
   Eigen::Vector3d middle_B{0, 0, 0}, middle_W{0, 0, 0};
-  for (const Eigen::Isometry3d& X : flange_poses(arm, rows)) middle_B += X.translation();
+  const AnyRows any{arm, rows};
+  for (const Eigen::Isometry3d& X : any.flange()) middle_B += X.translation();
   for (const Measurement& row : rows) middle_W += row.p_WS_mm;
   const double share = 1 / static_cast<double>(rows.size());
 
@@ -204,11 +218,11 @@ CalibratedCell placed_as_sets(const RobotModel& arm, Names names, const Points& 
   std::vector<Guess> guesses;
   for (int k = 0; k < kPlacementsTried; ++k) {
     guesses.push_back({any_placement(arm, names, middle_B * share, middle_W * share, random)});
-    iterate(guesses.back(), names, points, rows, 2);
+    iterate(guesses.back(), names, points, any, 2);
   }
   std::ranges::sort(guesses, {}, &Guess::error_mm);
   guesses.resize(kPlacementsKept);
-  for (Guess& guess : guesses) iterate(guess, names, points, rows, 20);
+  for (Guess& guess : guesses) iterate(guess, names, points, any, 20);
   return std::ranges::min_element(guesses, {}, &Guess::error_mm)->cell;
 }
 
@@ -233,10 +247,11 @@ Mistake unordered_rows(Names names) {
                 const std::size_t rows = given.points.size();
                 if (rows < kFewestRowsInAnyOrder || rows > kMostRowsInAnyOrder) return;
                 const CalibratedCell rough = placed_as_sets(given.arm, names, given.points);
-                if (!taken_evenly(nearest_rows(rough, given.points, given.points))) return;
-                const Claim first{given.arm, matched(rough, given.points, given.points), {}};
-                given.points =
-                    matched(explanation(first, placed(first, names)).cell, given.points, given.points);
+                const AnyRows any{given.arm, given.points};
+                if (!taken_evenly(any.nearest(rough, given.points))) return;
+                const Claim first{given.arm, any.matched(rough, given.points), {}};
+                const CalibratedCell explained = explanation(first, placed(first, names)).cell;
+                given.points = AnyRows{explained.robot, given.points}.matched(explained, given.points);
               },
           .words = [words](const RobotModel&, const Claim&) { return words; },
           .needs_all_rows = true};

@@ -36,4 +36,9 @@ Eigen::Matrix3d rotation_by(const Eigen::Vector3d& turn);
 /// X^-1. Compiled once: Eigen's own brings inverses of every kind of transformation with it.
 Eigen::Isometry3d inverse_of(const Eigen::Isometry3d& X);
 
+/// X p. Eigen's own product makes four rows of p, and a call.
+inline Eigen::Vector3d transformed(const Eigen::Isometry3d& X, const Eigen::Vector3d& p) {
+  return X.linear() * p + X.translation();
+}
+
 }  // namespace truepose
