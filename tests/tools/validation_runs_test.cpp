@@ -1,6 +1,7 @@
 // Validation by several splits and by folds, on a simulated arm with noise.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/json.hpp>
 #include <cmath>
 #include <fstream>
@@ -112,10 +113,13 @@ class WrongPoint : public ValidationRuns {
 
 TEST_F(WrongPoint, MissesAToleranceInOtherSplitsThanTheFirst) {
   constexpr double kTolerance_mm = 0.5;
-  int beyond = 0, worst = kFirst;
+  int beyond = 0, worst = 0;
+  double greatest_mm = 0;
   for (int seed = kFirst; seed < kFirst + kSplits; ++seed) {
-    beyond += largest_mm(seed) > kTolerance_mm;
-    if (largest_mm(seed) > largest_mm(worst)) worst = seed;
+    const double found_mm = largest_mm(seed);
+    beyond += found_mm > kTolerance_mm;
+    if (found_mm > greatest_mm) worst = seed;
+    greatest_mm = std::max(greatest_mm, found_mm);
   }
   ASSERT_GT(worst, kFirst);
   EXPECT_EQ(run(kFirst, {"--tolerance", "0.5"}).exit_code, 0);
@@ -126,7 +130,7 @@ TEST_F(WrongPoint, MissesAToleranceInOtherSplitsThanTheFirst) {
       "truepose: " + data_ +
           formatted(": errors of %d of the %d splits are beyond the tolerance of 0.500 mm, the largest, "
                     "%.3f mm, in that of seed %d\n",
-                    beyond, kSplits, largest_mm(worst), worst));
+                    beyond, kSplits, greatest_mm, worst));
   EXPECT_EQ(printed_document(all.out).at_pointer("/verdict/color"), "red");
   EXPECT_EQ(run_all({"--tolerance", "20"}).exit_code, 0);
 }
