@@ -2,7 +2,7 @@
 """Fails where a file includes one of a folder that its own does not stand on, where a folder claims to stand on one that
 it does not use, and where a file beside the rooms is in none.
 
-    rooms_include_what_stands_below.py ROOT room=room,room...
+    rooms_include_what_stands_below.py ROOT
 
 A room is a folder and all below it that is no room itself. A file of another room may be included where that room, or a
 folder around it, is named, and what lies in a folder around a room always.
@@ -11,11 +11,36 @@ import pathlib
 import re
 import sys
 
+# What a room may include. The pages of the reports, which the daemon serves and the commands write alike, are made of
+# documents: they include core and proto alone.
+ROOMS = {
+    "core": "",
+    "core/kernels": "",
+    "core/math": "core/kernels",
+    "core/arm": "core/math core/kernels",
+    "core/field": "core/math",
+    "core/identify": "core/arm core/field core/math core/kernels",
+    "core/judge": "core/identify core/arm core/math",
+    "core/compensate": "core/identify core/arm core/math",
+    "core/plan": "core/judge core/identify core/arm core/math core/kernels",
+    "core/simulate": "core/identify core/arm core/math",
+    "proto": "core",
+    "config": "core proto",
+    "drivers": "core proto",
+    "daemon": "config core daemon/report drivers proto",
+    "daemon/report": "core proto",
+    "tools/bench": "core daemon drivers proto tools/truepose",
+    "tools/experiment": "core",
+    "tools/proxy": "config core proto tools/steering",
+    "tools/sim": "config core proto tools/steering",
+    "tools/steering": "drivers proto",
+    "tools/truepose": "config core daemon/cell daemon/control daemon/replay daemon/report daemon/store drivers proto "
+    "tools/experiment tools/steering tools/truepose/doctor",
+    "tools/truepose/doctor": "config core daemon drivers proto",
+}
+
 root = pathlib.Path(sys.argv[1])
-below = {}
-for argument in sys.argv[2:]:
-    room, _, others = argument.partition("=")
-    below[room] = set(filter(None, others.split(",")))
+below = {room: set(others.split()) for room, others in ROOMS.items()}
 
 
 def folders(path):

@@ -123,7 +123,7 @@ DRIVER_BUGS = {
 }
 # A test program, which of its tests, and what they are to find.
 LINKED = [
-    ("daemon_trouble_test", "*DisturbedWire*", WIRE_BUGS),
+    ("daemon_test", "*DisturbedWire*", WIRE_BUGS),
     ("daemon_recorder_test", "*GivesEveryMisbehaviour*", DRIVER_BUGS),
 ]
 OF_THE_STREAM = sorted(file.stem for file in (TREE / "daemon/realtime").glob("*.cpp"))
