@@ -295,7 +295,9 @@ TEST(Calibrate, SaysWhichDataItCannotUse) {
             "4 poses to identify from; base and reflector alone need 5");
   few = good;
   few.points.resize(8);
-  EXPECT_EQ(calibrate(nominal, few).error().fault, CalibrationFault::TooFewPoses);
+  const auto without_prior = calibrate(nominal, few, {.prior = PriorUse::Off});
+  ASSERT_FALSE(without_prior);
+  EXPECT_EQ(without_prior.error().fault, CalibrationFault::TooFewPoses);
 
   MeasurementData nan = good;
   nan.points[2].p_WS_mm.x() = std::numeric_limits<double>::quiet_NaN();

@@ -17,7 +17,7 @@
 namespace truepose {
 namespace {
 
-constexpr MeasurementNoise kNoise{.tracker = {.range_mm = 0.01, .transverse_mm_per_m = 0.003},
+constexpr MeasurementNoise kDesignNoise{.tracker = {.range_mm = 0.01, .transverse_mm_per_m = 0.003},
                                   .repeatability_mm = 0.0166};
 
 std::vector<JointVector> poses(int count, std::uint64_t seed) {
@@ -26,7 +26,7 @@ std::vector<JointVector> poses(int count, std::uint64_t seed) {
 }
 
 DesignProblem problem(int candidates, std::uint64_t seed) {
-  return {test::planning_cell(), poses(candidates, seed), poses(100, seed + 1000), kNoise};
+  return {test::planning_cell(), poses(candidates, seed), poses(100, seed + 1000), kDesignNoise};
 }
 
 Eigen::MatrixXd covariance(const DesignProblem& problem, const std::vector<std::size_t>& chosen) {
@@ -172,9 +172,9 @@ TEST(OptimalDesign, ReadingsFromAfarWeighLess) {
   CalibratedCell cell = test::planning_cell();
   const auto at = poses(1, 8);
   cell.base.p_mm = {2000, 0, 0};
-  const DesignProblem near{cell, at, at, kNoise};
+  const DesignProblem near{cell, at, at, kDesignNoise};
   cell.base.p_mm = {8000, 0, 0};
-  const DesignProblem far{cell, at, at, kNoise};
+  const DesignProblem far{cell, at, at, kDesignNoise};
   EXPECT_GT(near.rows(0).leftCols(3).norm(), far.rows(0).leftCols(3).norm());
 }
 

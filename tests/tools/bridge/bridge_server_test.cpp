@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 using drivers::TrackerFault;
 using tools::BridgeVerdict, tools::Conformance;
 
-constexpr unsigned kSeed = 20261124;
+constexpr unsigned kBridgeSeed = 20261124;
 constexpr double kSigma_mm = 0.01;
 
 class StandingTarget final : public SimulatedTarget {
@@ -29,7 +29,7 @@ class StandingTarget final : public SimulatedTarget {
 
 class SimulatedBridge : public testing::Test {
  protected:
-  SimulatedBridge() { RecordProperty("seed", kSeed); }
+  SimulatedBridge() { RecordProperty("seed", kBridgeSeed); }
 
   Eigen::Vector3d noisy(const Eigen::Vector3d& p_mm) {
     std::normal_distribution<double> error{0, kSigma_mm};
@@ -75,7 +75,7 @@ class SimulatedBridge : public testing::Test {
     return promises;
   }
 
-  std::mt19937 random_{kSeed};
+  std::mt19937 random_{kBridgeSeed};
   asio::io_context io;
   StandingTarget target;
   BridgeServer server{io.get_executor(),

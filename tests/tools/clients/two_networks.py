@@ -22,6 +22,14 @@ class OtherMachine:
 
     def __enter__(self):
         self._holder = subprocess.Popen(["unshare", "-n", "sleep", "infinity"])
+        try:
+            self._connect()
+        except BaseException:
+            self._end_holder()
+            raise
+        return self
+
+    def _connect(self):
         ours = os.readlink("/proc/self/ns/net")
         while os.readlink(f"/proc/{self._holder.pid}/ns/net") == ours:
             time.sleep(0.01)
@@ -30,9 +38,13 @@ class OtherMachine:
             self._do(*within, "ip", "address", "add", f"{address}/30", "dev", name)
             for link in ("lo", name):
                 self._do(*within, "ip", "link", "set", link, "up")
-        return self
 
     def __exit__(self, *_):
+        # The kernel removes a namespace some time after its last process, and the next cable has the same name.
+        self._do("ip", "link", "delete", "cell")
+        self._end_holder()
+
+    def _end_holder(self):
         self._holder.kill()
         self._holder.wait()
 

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "proto/eki/messages.hpp"
+#include "tests/tools/sim/eki_axes.hpp"
 #include "tests/tools/sim/kr210.hpp"
 #include "tools/sim/controller_setup.hpp"
 
@@ -30,16 +30,6 @@ constexpr Seconds kRsiCycle = 4ms;
 
 config::Scenario demo_cell() {
   return config::load_scenario(TRUEPOSE_SOURCE_DIR "/config/scenarios/demo.yaml");
-}
-
-eki::Axes axes_of(const JointVector& q) {
-  eki::Axes axes;
-  std::ranges::copy(q, axes.begin());
-  return axes;
-}
-
-JointVector joints_of(const eki::Axes& axes) {
-  return Eigen::Map<const Eigen::Matrix<double, 6, 1>>(axes.data());
 }
 
 std::vector<AckState> states(const std::vector<eki::Ack>& acks) {

@@ -22,6 +22,7 @@
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
 #include "tests/simulator_process.hpp"
+#include "tests/tools/sim/eki_axes.hpp"
 #include "tests/tools/sim/kr210.hpp"
 
 namespace truepose::sim {
@@ -31,16 +32,6 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using asio::ip::udp;
 using testing::HasSubstr;
-
-eki::Axes axes_of(const JointVector& q) {
-  eki::Axes axes;
-  std::ranges::copy(q, axes.begin());
-  return axes;
-}
-
-JointVector joints_of(const eki::Axes& axes) {
-  return Eigen::Map<const Eigen::Matrix<double, 6, 1>>(axes.data());
-}
 
 const std::string kConfig = TRUEPOSE_SOURCE_DIR "/config";
 const std::string kEthernetXml = kConfig + "/kuka/rsi/truepose_rsi_ethernet.xml";

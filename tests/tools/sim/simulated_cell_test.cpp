@@ -22,7 +22,7 @@ namespace {
 namespace asio = boost::asio;
 using namespace std::chrono_literals;
 
-constexpr std::uint64_t kSeed = 20261121;
+constexpr std::uint64_t kCellSeed = 20261121;
 
 config::Scenario demo() { return config::load_scenario(TRUEPOSE_SOURCE_DIR "/config/scenarios/demo.yaml"); }
 
@@ -115,7 +115,7 @@ std::vector<JointVector> poses(std::size_t count, bool seen) {
                      .acceptance_rad = (seen ? 0.9 : 1.1) * scenario.acceptance_deg * kRadPerDeg},
                     0};
   std::vector<JointVector> poses;
-  Random random{kSeed};
+  Random random{kCellSeed};
   while (poses.size() < count) {
     JointVector q(6);
     for (Eigen::Index i = 0; i < 6; ++i) {
@@ -128,11 +128,11 @@ std::vector<JointVector> poses(std::size_t count, bool seen) {
 }
 
 TEST(SimulatedCell, LeavesAJointWithPlayBehindWhereItCameFrom) {
-  RecordProperty("seed", static_cast<int>(kSeed));
+  RecordProperty("seed", static_cast<int>(kCellSeed));
   constexpr double kPlay_rad = 0.02 * kRadPerDeg;
   config::Scenario loose = demo();
   loose.drives.drives.resize(6, {.backlash_rad = kPlay_rad});
-  Cell cell{kSeed, loose};
+  Cell cell{kCellSeed, loose};
   cell.connect();
   const JointVector q = poses(1, true).front(), ones = JointVector::Ones(6);
   const auto come_from = [&](double side_rad) {
@@ -148,8 +148,8 @@ TEST(SimulatedCell, LeavesAJointWithPlayBehindWhereItCameFrom) {
 }
 
 TEST(SimulatedCell, MeasuresTheArmAsItIsAndNotAsItsDataSheetSays) {
-  RecordProperty("seed", static_cast<int>(kSeed));
-  Cell cell{kSeed};
+  RecordProperty("seed", static_cast<int>(kCellSeed));
+  Cell cell{kCellSeed};
   cell.connect();
   const std::vector<JointVector> visited = poses(5, true);
   for (const JointVector& q : visited) {
@@ -163,7 +163,7 @@ TEST(SimulatedCell, MeasuresTheArmAsItIsAndNotAsItsDataSheetSays) {
 }
 
 TEST(SimulatedCell, IsMeasuredByATrackerThatIsPushedLooseOrWrongAtItsPoints) {
-  RecordProperty("seed", static_cast<int>(kSeed));
+  RecordProperty("seed", static_cast<int>(kCellSeed));
   using Fault = config::ScenarioFault;
   config::Scenario spoilt = demo();
   const auto at_point = [](Fault::Kind kind, std::int64_t at, std::int64_t lasts) {
@@ -180,7 +180,7 @@ TEST(SimulatedCell, IsMeasuredByATrackerThatIsPushedLooseOrWrongAtItsPoints) {
   Fault cold = at_point(Fault::Kind::TrackerAir, 5, 1);
   cold.temperature_c = -273;
   spoilt.faults = {push, bias, loose, odd, cold};
-  Cell cell{kSeed, spoilt};
+  Cell cell{kCellSeed, spoilt};
   cell.connect();
   const JointVector q = poses(1, true).front();
   cell.move(q);
@@ -202,8 +202,8 @@ TEST(SimulatedCell, IsMeasuredByATrackerThatIsPushedLooseOrWrongAtItsPoints) {
 }
 
 TEST(SimulatedCell, PushesItsTrackerWhenItIsToldSo) {
-  RecordProperty("seed", static_cast<int>(kSeed));
-  Cell cell{kSeed};
+  RecordProperty("seed", static_cast<int>(kCellSeed));
+  Cell cell{kCellSeed};
   cell.connect();
   const JointVector q = poses(1, true).front();
   const Eigen::Vector3d before_mm = cell.measured(q);
@@ -212,7 +212,7 @@ TEST(SimulatedCell, PushesItsTrackerWhenItIsToldSo) {
 }
 
 TEST(SimulatedCell, SetsItsOverrideBackAfterTheTimeThatAFaultLasts) {
-  Cell cell{kSeed};
+  Cell cell{kCellSeed};
   cell.connect();
   const auto override_percent = [&] {
     return cell.run(cell.robot.state(Cell::soon())).value().override_percent;
@@ -236,7 +236,7 @@ TEST(SimulatedCell, RefusesASendListThatItCannotServe) {
 }
 
 TEST(SimulatedCell, ReplaysItsPointsFromTheSeed) {
-  Cell one{kSeed}, again{kSeed}, other{kSeed + 1};
+  Cell one{kCellSeed}, again{kCellSeed}, other{kCellSeed + 1};
   std::vector<std::vector<Eigen::Vector3d>> points;
   for (Cell* cell : {&one, &again, &other}) {
     cell->connect();
@@ -248,7 +248,7 @@ TEST(SimulatedCell, ReplaysItsPointsFromTheSeed) {
 }
 
 TEST(SimulatedCell, HidesAReflectorThatIsTurnedAway) {
-  Cell cell{kSeed};
+  Cell cell{kCellSeed};
   cell.connect();
   const JointVector away = poses(1, false).front();
   cell.move(away);
@@ -258,7 +258,7 @@ TEST(SimulatedCell, HidesAReflectorThatIsTurnedAway) {
 }
 
 TEST(SimulatedCell, StopsWithATimeoutWhenNobodyAnswersItsRsiDatagrams) {
-  Cell cell{kSeed};
+  Cell cell{kCellSeed};
   cell.connect();
   ASSERT_TRUE(cell.run(cell.robot.start_stream_program(Cell::soon())));
   while (cell.statistics().rsi.timeouts == 0) {
