@@ -3,11 +3,11 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
 #include "daemon/control/control_server.hpp"
+#include "drivers/deadline.hpp"
 
 namespace truepose::daemon {
 
@@ -16,7 +16,6 @@ namespace json = boost::json;
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using control::ErrorCode;
 using control::RpcError;
 
@@ -97,13 +96,12 @@ void Session::dismiss(RpcError error) {
 // Reading.
 
 asio::awaitable<bool> Session::open() {
-  auto alarm = context_->parts.clock.sleep_until(connected_ + context_->limits.hello);
-  auto outcome = co_await (connection_->open() || std::move(alarm));
-  if (outcome.index() == 1) co_return false;
-  auto& opened = std::get<0>(outcome);
-  if (opened) certificate_ = *std::move(opened);
-  if (!opened) context_->warn_of_tls(peer(), opened.error());
-  co_return opened.has_value();
+  const drivers::TimePoint until = connected_ + context_->limits.hello;
+  auto opened = co_await drivers::before(context_->parts.clock, until, connection_->open());
+  if (!opened) co_return false;
+  if (!*opened) context_->warn_of_tls(peer(), opened->error());
+  if (*opened) certificate_ = **std::move(opened);
+  co_return opened->has_value();
 }
 
 asio::awaitable<void> Session::read_requests() {
@@ -173,9 +171,8 @@ asio::awaitable<std::size_t> Session::read_some(std::optional<drivers::TimePoint
     const std::size_t size = co_await std::move(reading);
     co_return size;
   }
-  auto alarm = context_->parts.clock.sleep_until(*deadline);
-  const auto outcome = co_await (std::move(reading) || std::move(alarm));
-  co_return outcome.index() == 0 ? std::get<0>(outcome) : 0;
+  const auto size = co_await drivers::before(context_->parts.clock, *deadline, std::move(reading));
+  co_return size.value_or(0);
 }
 
 asio::awaitable<void> Session::serve(std::string line) {
@@ -268,24 +265,23 @@ asio::awaitable<std::string> Session::read_missed() {
 }
 
 asio::awaitable<void> Session::write_lines() {
+  drivers::Clock& clock = context_->parts.clock;
+  const ControlLimits& limits = context_->limits;
   while (true) {
     const std::string batch = co_await next_batch();
     if (batch.empty()) {
       if (finishing_) {
-        auto farewell =
-            context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.farewell);
-        const auto said = co_await (connection_->end_writing() || std::move(farewell));
-        static_cast<void>(said);
+        co_await drivers::before(clock, clock.now() + limits.farewell, connection_->end_writing());
         co_return;  // the reader closes, once the client has had time to read
       }
       const auto waited = co_await wake_.async_wait(asio::as_tuple(asio::use_awaitable));
       static_cast<void>(waited);
       continue;
     }
-    auto alarm =
-        context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.write_stall);
-    const auto outcome = co_await (connection_->write(asio::buffer(batch)) || std::move(alarm));
-    if (outcome.index() == 1 || !std::get<0>(outcome)) break;
+    auto writing = connection_->write(asio::buffer(batch));
+    const auto written =
+        co_await drivers::before(clock, clock.now() + limits.write_stall, std::move(writing));
+    if (!written.value_or(false)) break;
     drained_.cancel();
   }
   close();

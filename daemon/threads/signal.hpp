@@ -2,7 +2,6 @@
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/error.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
@@ -12,6 +11,7 @@
 #include <optional>
 
 #include "drivers/clock.hpp"
+#include "drivers/deadline.hpp"
 
 namespace truepose::daemon {
 
@@ -44,8 +44,7 @@ class Signal {
     }
   }
   static Wait first_of(Wait change, Wait time) {
-    using namespace boost::asio::experimental::awaitable_operators;
-    co_await (std::move(change) || std::move(time));
+    co_await drivers::unless(std::move(time), std::move(change));
   }
 
   std::uint64_t changes_ = 0;
