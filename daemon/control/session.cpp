@@ -1,9 +1,7 @@
 #include "daemon/control/session.hpp"
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
 #include "daemon/control/control_server.hpp"
@@ -20,7 +18,6 @@ using control::ErrorCode;
 using control::RpcError;
 
 constexpr std::size_t kEventsPerBatch = 64;
-constexpr auto kNever = asio::steady_timer::time_point::max();
 
 }  // namespace
 
@@ -41,8 +38,8 @@ Session::Session(std::unique_ptr<Connection> connection, Peer peer, std::shared_
       peer_{std::move(peer)},
       context_{std::move(context)},
       number_{++context_->last_number},
-      wake_{connection_->executor(), kNever},
-      drained_{connection_->executor(), kNever},
+      wake_{connection_->executor()},
+      drained_{connection_->executor()},
       lines_{control::kMaxLineBeforeHello},
       connected_{context_->parts.clock.now()},
       last_request_{connected_} {
@@ -70,7 +67,7 @@ void Session::stop() {
 void Session::spawn_writer() {
   const auto done = [self = shared_from_this()](std::exception_ptr) {
     self->written_ = true;
-    self->drained_.cancel();
+    self->drained_.notify();
   };
   asio::co_spawn(connection_->executor(), write_lines(), done);
 }
@@ -79,13 +76,13 @@ void Session::close() {
   connection_->close();
   subscription_.reset();
   finishing_ = true;
-  wake_.cancel();
-  drained_.cancel();
+  wake_.notify();
+  drained_.notify();
 }
 
 void Session::send(std::string line) {
   outgoing_ += line;
-  wake_.cancel();
+  wake_.notify();
 }
 
 void Session::dismiss(RpcError error) {
@@ -120,7 +117,7 @@ asio::awaitable<void> Session::read_requests() {
                                                   "session.ping now and then, or name a longer heartbeat_s "
                                                   "at session.hello"});
       finishing_ = true;
-      wake_.cancel();
+      wake_.notify();
       break;
     }
     lines_.push({input_.data(), size});
@@ -150,10 +147,7 @@ asio::awaitable<void> Session::discard_input() {
   const drivers::TimePoint until = context_->parts.clock.now() + context_->limits.farewell;
   std::size_t size = 1;
   while (size > 0 && context_->parts.clock.now() < until) size = co_await read_some(until);
-  while (!written_) {
-    const auto waited = co_await drained_.async_wait(asio::as_tuple(asio::use_awaitable));
-    static_cast<void>(waited);
-  }
+  while (!written_) co_await drained_.wait();
 }
 
 std::optional<drivers::TimePoint> Session::deadline() const {
@@ -209,15 +203,12 @@ asio::awaitable<void> Session::serve(std::string line) {
   send(std::move(reply));
   if (!authenticated() && !(result && request->method == "session.challenge")) finishing_ = true;
   // A client that asks without reading the answers waits, rather than filling our memory.
-  while (!outgoing_.empty() && !finishing_) {
-    const auto waited = co_await drained_.async_wait(asio::as_tuple(asio::use_awaitable));
-    static_cast<void>(waited);
-  }
+  while (!outgoing_.empty() && !finishing_) co_await drained_.wait();
 }
 
 // Not left to the writer, which may be stuck in a write to this very client.
 void Session::see_events() {
-  wake_.cancel();
+  wake_.notify();
   if (!subscription_ || !subscription_->fell_behind()) return;
   context_->parts.warn("control: a client read its events too slowly and was disconnected");
   close();
@@ -274,15 +265,14 @@ asio::awaitable<void> Session::write_lines() {
         co_await drivers::before(clock, clock.now() + limits.farewell, connection_->end_writing());
         co_return;  // the reader closes, once the client has had time to read
       }
-      const auto waited = co_await wake_.async_wait(asio::as_tuple(asio::use_awaitable));
-      static_cast<void>(waited);
+      co_await wake_.wait();
       continue;
     }
     auto writing = connection_->write(asio::buffer(batch));
     const auto written =
         co_await drivers::before(clock, clock.now() + limits.write_stall, std::move(writing));
     if (!written.value_or(false)) break;
-    drained_.cancel();
+    drained_.notify();
   }
   close();
 }
