@@ -1,36 +1,21 @@
 #pragma once
 
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/awaitable.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <chrono>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <functional>
 #include <memory>
 #include <string>
-#include <utility>
 
 namespace truepose::drivers {
 
-/// Accepts until the acceptor is closed.
+/// Of why no connection can be accepted: "cannot accept a connection: Too many open files".
+using Warn = std::function<void(const std::string&)>;
+
+/// Accepts on the acceptor's executor until the acceptor is closed.
 /// @param acceptor  kept until then, as is what it may be a part of
-/// @param admit     of a socket
-/// @param warn      of why nobody can be admitted: "cannot accept a connection: Too many open files"
-template <typename Acceptor, typename Admit, typename Warn>
-boost::asio::awaitable<void> accept_all(std::shared_ptr<Acceptor> acceptor, Admit admit, Warn warn) {
-  namespace asio = boost::asio;
-  constexpr auto kToResult = asio::as_tuple(asio::use_awaitable);
-  while (acceptor->is_open()) {
-    auto [error, socket] = co_await acceptor->async_accept(kToResult);
-    if (!acceptor->is_open()) co_return;
-    if (!error) {
-      admit(std::move(socket));
-      continue;
-    }
-    // Out of file descriptors, mostly: trying again at once would only burn the processor.
-    warn("cannot accept a connection: " + error.message());
-    asio::steady_timer later{acceptor->get_executor(), std::chrono::milliseconds{100}};
-    co_await later.async_wait(asio::use_awaitable);
-  }
-}
+void accept_all(std::shared_ptr<boost::asio::ip::tcp::acceptor> acceptor,
+                std::function<void(boost::asio::ip::tcp::socket)> admit, Warn warn);
+void accept_all(std::shared_ptr<boost::asio::local::stream_protocol::acceptor> acceptor,
+                std::function<void(boost::asio::local::stream_protocol::socket)> admit, Warn warn);
 
 }  // namespace truepose::drivers

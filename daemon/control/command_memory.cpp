@@ -27,18 +27,14 @@ std::shared_ptr<CommandMemory::Command> CommandMemory::begin(const std::string& 
            std::pair{!other.second->result, other.second->begun};
   };
   if (commands_.size() >= kMost) commands_.erase(std::ranges::min_element(commands_, later));
-  auto command = std::make_shared<Command>(
-      Command{std::move(text),
-              now,
-              {},
-              boost::asio::steady_timer{executor, boost::asio::steady_timer::time_point::max()}});
+  auto command = std::make_shared<Command>(Command{std::move(text), now, {}, drivers::Condition{executor}});
   commands_[{caller, id}] = command;
   return command;
 }
 
 void CommandMemory::end(Command& command, Result result) {
   command.result = std::move(result);
-  command.ended.cancel();
+  command.ended.notify();
 }
 
 void CommandMemory::forget(const std::string& caller, const std::string& id) {

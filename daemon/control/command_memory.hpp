@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/asio/steady_timer.hpp>
 #include <boost/json/value.hpp>
 #include <expected>
 #include <map>
@@ -9,6 +8,7 @@
 #include <string>
 
 #include "drivers/clock.hpp"
+#include "drivers/condition.hpp"
 #include "proto/control/request.hpp"
 
 namespace truepose::daemon {
@@ -24,8 +24,8 @@ class CommandMemory {
   struct Command {
     std::string text;  ///< method and parameters
     drivers::TimePoint begun;
-    std::optional<Result> result{};   ///< none while it is under way
-    boost::asio::steady_timer ended;  ///< cancelled then
+    std::optional<Result> result{};  ///< none while it is under way
+    drivers::Condition ended;
   };
 
   /// The command that a caller gave this id; null where it gave it to none.

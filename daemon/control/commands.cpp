@@ -1,8 +1,8 @@
 #include "daemon/control/commands.hpp"
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/error.hpp>
+#include <boost/system/system_error.hpp>
 #include <map>
 #include <set>
 #include <utility>
@@ -167,10 +167,7 @@ asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string
     if (known->text != text)
       co_return std::unexpected(RpcError{
           ErrorCode::InvalidParams, "params.command_id: was given to another command", "params.command_id"});
-    while (!known->result) {
-      const auto waited = co_await known->ended.async_wait(asio::as_tuple(asio::use_awaitable));
-      static_cast<void>(waited);
-    }
+    while (!known->result) co_await known->ended.wait();
     co_return *known->result;
   }
   const auto command = memory_.begin(caller.name, **id, std::move(text), now, executor_);

@@ -33,6 +33,13 @@ awaitable<bool> write_to(Stream& stream, asio::const_buffer bytes) {
   co_return !error;
 }
 
+/// Both ends of the way first: a client that still sends sees an end, not a reset.
+void close_ways(auto& socket) {
+  boost::system::error_code gone;
+  socket.shutdown(asio::socket_base::shutdown_both, gone);
+  socket.close(gone);
+}
+
 class PlainConnection final : public Connection {
  public:
   explicit PlainConnection(asio::generic::stream_protocol::socket socket) : socket_{std::move(socket)} {}
@@ -52,10 +59,7 @@ class PlainConnection final : public Connection {
     boost::system::error_code gone;
     socket_.shutdown(asio::socket_base::shutdown_receive, gone);
   }
-  void close() override {
-    boost::system::error_code gone;
-    socket_.close(gone);
-  }
+  void close() override { close_ways(socket_); }
 
  private:
   asio::generic::stream_protocol::socket socket_;
@@ -86,10 +90,7 @@ class TlsConnection final : public Connection {
     boost::system::error_code gone;
     stream_.next_layer().shutdown(asio::socket_base::shutdown_receive, gone);
   }
-  void close() override {
-    boost::system::error_code gone;
-    stream_.next_layer().close(gone);
-  }
+  void close() override { close_ways(stream_.next_layer()); }
 
  private:
   std::shared_ptr<asio::ssl::context> identity_;  ///< outlives one that takes its place meanwhile

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 
+#include "drivers/deadline.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/text/digest.hpp"
 
@@ -60,9 +60,7 @@ void Jobs::stop() {
 }
 
 asio::awaitable<void> Jobs::carry_out(Kept job, Call call) {
-  using namespace asio::experimental::awaitable_operators;
-  const auto first = co_await (finish(job, call) || follow(job));
-  static_cast<void>(first);
+  co_await drivers::unless(follow(job), finish(job, call));
 }
 
 asio::awaitable<void> Jobs::finish(Kept job, Call call) {

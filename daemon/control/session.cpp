@@ -1,13 +1,11 @@
 #include "daemon/control/session.hpp"
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
 #include "daemon/control/control_server.hpp"
+#include "drivers/deadline.hpp"
 
 namespace truepose::daemon {
 
@@ -16,12 +14,10 @@ namespace json = boost::json;
 
 namespace {
 
-using namespace asio::experimental::awaitable_operators;
 using control::ErrorCode;
 using control::RpcError;
 
 constexpr std::size_t kEventsPerBatch = 64;
-constexpr auto kNever = asio::steady_timer::time_point::max();
 
 }  // namespace
 
@@ -42,8 +38,8 @@ Session::Session(std::unique_ptr<Connection> connection, Peer peer, std::shared_
       peer_{std::move(peer)},
       context_{std::move(context)},
       number_{++context_->last_number},
-      wake_{connection_->executor(), kNever},
-      drained_{connection_->executor(), kNever},
+      wake_{connection_->executor()},
+      drained_{connection_->executor()},
       lines_{control::kMaxLineBeforeHello},
       connected_{context_->parts.clock.now()},
       last_request_{connected_} {
@@ -71,7 +67,7 @@ void Session::stop() {
 void Session::spawn_writer() {
   const auto done = [self = shared_from_this()](std::exception_ptr) {
     self->written_ = true;
-    self->drained_.cancel();
+    self->drained_.notify();
   };
   asio::co_spawn(connection_->executor(), write_lines(), done);
 }
@@ -80,13 +76,13 @@ void Session::close() {
   connection_->close();
   subscription_.reset();
   finishing_ = true;
-  wake_.cancel();
-  drained_.cancel();
+  wake_.notify();
+  drained_.notify();
 }
 
 void Session::send(std::string line) {
   outgoing_ += line;
-  wake_.cancel();
+  wake_.notify();
 }
 
 void Session::dismiss(RpcError error) {
@@ -97,13 +93,12 @@ void Session::dismiss(RpcError error) {
 // Reading.
 
 asio::awaitable<bool> Session::open() {
-  auto alarm = context_->parts.clock.sleep_until(connected_ + context_->limits.hello);
-  auto outcome = co_await (connection_->open() || std::move(alarm));
-  if (outcome.index() == 1) co_return false;
-  auto& opened = std::get<0>(outcome);
-  if (opened) certificate_ = *std::move(opened);
-  if (!opened) context_->warn_of_tls(peer(), opened.error());
-  co_return opened.has_value();
+  const drivers::TimePoint until = connected_ + context_->limits.hello;
+  auto opened = co_await drivers::before(context_->parts.clock, until, connection_->open());
+  if (!opened) co_return false;
+  if (!*opened) context_->warn_of_tls(peer(), opened->error());
+  if (*opened) certificate_ = **std::move(opened);
+  co_return opened->has_value();
 }
 
 asio::awaitable<void> Session::read_requests() {
@@ -122,7 +117,7 @@ asio::awaitable<void> Session::read_requests() {
                                                   "session.ping now and then, or name a longer heartbeat_s "
                                                   "at session.hello"});
       finishing_ = true;
-      wake_.cancel();
+      wake_.notify();
       break;
     }
     lines_.push({input_.data(), size});
@@ -152,10 +147,7 @@ asio::awaitable<void> Session::discard_input() {
   const drivers::TimePoint until = context_->parts.clock.now() + context_->limits.farewell;
   std::size_t size = 1;
   while (size > 0 && context_->parts.clock.now() < until) size = co_await read_some(until);
-  while (!written_) {
-    const auto waited = co_await drained_.async_wait(asio::as_tuple(asio::use_awaitable));
-    static_cast<void>(waited);
-  }
+  while (!written_) co_await drained_.wait();
 }
 
 std::optional<drivers::TimePoint> Session::deadline() const {
@@ -173,9 +165,8 @@ asio::awaitable<std::size_t> Session::read_some(std::optional<drivers::TimePoint
     const std::size_t size = co_await std::move(reading);
     co_return size;
   }
-  auto alarm = context_->parts.clock.sleep_until(*deadline);
-  const auto outcome = co_await (std::move(reading) || std::move(alarm));
-  co_return outcome.index() == 0 ? std::get<0>(outcome) : 0;
+  const auto size = co_await drivers::before(context_->parts.clock, *deadline, std::move(reading));
+  co_return size.value_or(0);
 }
 
 asio::awaitable<void> Session::serve(std::string line) {
@@ -212,15 +203,12 @@ asio::awaitable<void> Session::serve(std::string line) {
   send(std::move(reply));
   if (!authenticated() && !(result && request->method == "session.challenge")) finishing_ = true;
   // A client that asks without reading the answers waits, rather than filling our memory.
-  while (!outgoing_.empty() && !finishing_) {
-    const auto waited = co_await drained_.async_wait(asio::as_tuple(asio::use_awaitable));
-    static_cast<void>(waited);
-  }
+  while (!outgoing_.empty() && !finishing_) co_await drained_.wait();
 }
 
 // Not left to the writer, which may be stuck in a write to this very client.
 void Session::see_events() {
-  wake_.cancel();
+  wake_.notify();
   if (!subscription_ || !subscription_->fell_behind()) return;
   context_->parts.warn("control: a client read its events too slowly and was disconnected");
   close();
@@ -268,25 +256,23 @@ asio::awaitable<std::string> Session::read_missed() {
 }
 
 asio::awaitable<void> Session::write_lines() {
+  drivers::Clock& clock = context_->parts.clock;
+  const ControlLimits& limits = context_->limits;
   while (true) {
     const std::string batch = co_await next_batch();
     if (batch.empty()) {
       if (finishing_) {
-        auto farewell =
-            context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.farewell);
-        const auto said = co_await (connection_->end_writing() || std::move(farewell));
-        static_cast<void>(said);
+        co_await drivers::before(clock, clock.now() + limits.farewell, connection_->end_writing());
         co_return;  // the reader closes, once the client has had time to read
       }
-      const auto waited = co_await wake_.async_wait(asio::as_tuple(asio::use_awaitable));
-      static_cast<void>(waited);
+      co_await wake_.wait();
       continue;
     }
-    auto alarm =
-        context_->parts.clock.sleep_until(context_->parts.clock.now() + context_->limits.write_stall);
-    const auto outcome = co_await (connection_->write(asio::buffer(batch)) || std::move(alarm));
-    if (outcome.index() == 1 || !std::get<0>(outcome)) break;
-    drained_.cancel();
+    auto writing = connection_->write(asio::buffer(batch));
+    const auto written =
+        co_await drivers::before(clock, clock.now() + limits.write_stall, std::move(writing));
+    if (!written.value_or(false)) break;
+    drained_.notify();
   }
   close();
 }

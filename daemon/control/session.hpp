@@ -3,7 +3,6 @@
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/json/value.hpp>
 #include <expected>
 #include <memory>
@@ -18,6 +17,7 @@
 #include "daemon/control/control_server.hpp"
 #include "daemon/control/jobs.hpp"
 #include "daemon/control/tls_identity.hpp"
+#include "drivers/condition.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/request.hpp"
 #include "proto/control/session_proof.hpp"
@@ -129,10 +129,10 @@ class Session : public std::enable_shared_from_this<Session> {
   std::shared_ptr<SessionContext> context_;
   std::uint64_t number_;
   Stage stage_ = Stage::Silent;
-  Caller caller_{};                    ///< once the session is open
-  control::SessionTerms terms_{};      ///< of a proof, once a nonce was asked for
-  boost::asio::steady_timer wake_;     ///< cancelled when there is something to write
-  boost::asio::steady_timer drained_;  ///< cancelled when something was written, and when the writer ended
+  Caller caller_{};                ///< once the session is open
+  control::SessionTerms terms_{};  ///< of a proof, once a nonce was asked for
+  drivers::Condition wake_;        ///< when there is something to write
+  drivers::Condition drained_;     ///< when something was written, and when the writer ended
   boost::asio::cancellation_signal cancel_;
   control::LineSplitter lines_;
   std::array<char, 4096> input_{};

@@ -2,16 +2,15 @@
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/error.hpp>
-#include <boost/asio/experimental/awaitable_operators.hpp>
-#include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/system/system_error.hpp>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "drivers/clock.hpp"
+#include "drivers/condition.hpp"
+#include "drivers/deadline.hpp"
 
 namespace truepose::daemon {
 
@@ -21,7 +20,7 @@ class Signal {
  public:
   void notify() {
     ++changes_;
-    if (waiting_room_) waiting_room_->cancel();
+    if (changed_) changed_->notify();
   }
   /// Returns at the next change; throws operation_aborted when cancelled.
   boost::asio::awaitable<void> wait() { return wait_beyond(changes_); }
@@ -35,21 +34,18 @@ class Signal {
 
   Wait wait_beyond(std::uint64_t changes) {
     const auto executor = co_await boost::asio::this_coro::executor;
-    if (!waiting_room_) waiting_room_.emplace(executor, boost::asio::steady_timer::time_point::max());
+    if (!changed_) changed_.emplace(executor);
     while (changes_ == changes) {
-      boost::system::error_code cancelled;  // always: a change or not says by whom
-      auto token = boost::asio::redirect_error(boost::asio::use_awaitable, cancelled);
-      co_await waiting_room_->async_wait(token);
+      co_await changed_->wait();
       if (changes_ == changes) throw boost::system::system_error{boost::asio::error::operation_aborted};
     }
   }
   static Wait first_of(Wait change, Wait time) {
-    using namespace boost::asio::experimental::awaitable_operators;
-    co_await (std::move(change) || std::move(time));
+    co_await drivers::unless(std::move(time), std::move(change));
   }
 
   std::uint64_t changes_ = 0;
-  std::optional<boost::asio::steady_timer> waiting_room_;  ///< never expires
+  std::optional<drivers::Condition> changed_;
 };
 
 }  // namespace truepose::daemon

@@ -1,8 +1,6 @@
 #include "drivers/kuka/eki_robot.hpp"
 
 #include <algorithm>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <cassert>
 #include <cmath>
 #include <map>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "core/math/angles.hpp"
+#include "drivers/condition.hpp"
 #include "drivers/deadline.hpp"
 #include "drivers/kuka/eki_channel.hpp"
 
@@ -77,8 +76,7 @@ bool same_order(eki::Command a, const eki::Command& b) {
 /// hands the other its answer.
 class KukaEkiRobot::Answers {
  public:
-  explicit Answers(const asio::any_io_executor& executor)
-      : changed_{executor, asio::steady_timer::time_point::max()} {}
+  explicit Answers(const asio::any_io_executor& executor) : changed_{executor} {}
 
   /// Waits for the State that answers `id`. One call at a time reads from the channel.
   asio::awaitable<std::expected<eki::State, RobotError>> wait(EkiChannel& channel, Clock& clock,
@@ -87,7 +85,7 @@ class KukaEkiRobot::Answers {
     for (;;) {
       if (const std::optional<eki::State>& state = awaited_[id]) co_return *state;
       if (reading_) {
-        const std::optional<bool> woken = co_await before(clock, deadline, change(changes_));
+        const bool woken = co_await before(clock, deadline, change(changes_));
         if (!woken)
           co_return std::unexpected(RobotError{RobotFault::Timeout, "no confirmation before the deadline"});
         continue;
@@ -115,22 +113,17 @@ class KukaEkiRobot::Answers {
     ~Reading() {
       answers.reading_ = false;
       ++answers.changes_;
-      answers.changed_.cancel();
+      answers.changed_.notify();
     }
     Answers& answers;
   };
 
   /// Returns when somebody has stopped reading since `seen` was the number of changes.
-  asio::awaitable<bool> change(unsigned seen) {
-    try {
-      if (changes_ == seen) co_await changed_.async_wait(asio::use_awaitable);
-    } catch (const boost::system::system_error&) {
-      // Cancelled is how a change is told; before() sees a cancellation of the caller.
-    }
-    co_return true;
+  asio::awaitable<void> change(unsigned seen) {
+    if (changes_ == seen) co_await changed_.wait();
   }
 
-  asio::steady_timer changed_;
+  Condition changed_;
   std::map<std::int32_t, std::optional<eki::State>> awaited_;
   bool reading_ = false;
   unsigned changes_ = 0;

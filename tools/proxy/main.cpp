@@ -1,12 +1,9 @@
 #include <unistd.h>
 
 #include <array>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/signal_set.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/system/system_error.hpp>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -17,12 +14,12 @@
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/proxy/proxy.hpp"
+#include "tools/steering/event_loop.hpp"
 #include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
 
 namespace {
 
-namespace asio = boost::asio;
 namespace json = boost::json;
 namespace config = truepose::config;
 namespace proxy = truepose::proxy;
@@ -118,8 +115,8 @@ void print_line(const json::value& value) {
 }
 
 int run(const Options& options) {
-  asio::io_context io{1};
-  proxy::Proxy proxy{io.get_executor(), options.seed};
+  steering::EventLoop loop;
+  proxy::Proxy proxy{loop.executor(), options.seed};
   json::array addresses;
   for (const proxy::RouteOptions& route : options.routes) {
     const auto listens = proxy.add(route);
@@ -130,7 +127,7 @@ int run(const Options& options) {
   json::object started{{"seed", options.seed}, {"listen", std::move(addresses)}};
   std::optional<steering::LinePort> admin;
   if (options.admin) {
-    admin.emplace(io.get_executor(), *options.admin, [&proxy](const std::string& line) {
+    admin.emplace(loop.executor(), *options.admin, [&proxy](const std::string& line) {
       return truepose::control::json_text(reply_to(proxy, line));
     });
     started["admin"] = admin->port();
@@ -138,10 +135,8 @@ int run(const Options& options) {
   print_line(started);
   if (!options.ready_file.empty())
     config::write_text_file(options.ready_file, truepose::control::json_text(started) + "\n");
-  asio::signal_set ends{io, SIGTERM, SIGINT};
-  ends.async_wait([&io](boost::system::error_code, int) { io.stop(); });
   proxy.follow(options.timeline);
-  io.run();
+  loop.run();
   print_line(proxy.statistics());
   return 0;
 }

@@ -1,15 +1,11 @@
 #include <unistd.h>
 
 #include <array>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/udp.hpp>
-#include <boost/asio/signal_set.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
 #include <chrono>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <exception>
@@ -30,14 +26,15 @@
 #include "proto/control/json_text.hpp"
 #include "proto/eki/messages.hpp"
 #include "proto/rsi/ethernet_config.hpp"
+#include "tools/sim/host_address.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
+#include "tools/steering/event_loop.hpp"
 #include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
 
 namespace {
 
-namespace asio = boost::asio;
 namespace json = boost::json;
 namespace config = truepose::config;
 namespace control = truepose::control;
@@ -132,12 +129,9 @@ void choose_rsi_target(Options& options, const rsi::EthernetConfig& ethernet) {
     host = target->host;
     port = target->port;
   }
-  asio::io_context context;
-  boost::system::error_code unknown;
-  const auto found =
-      asio::ip::udp::resolver{context}.resolve(asio::ip::udp::v4(), host, std::to_string(port), unknown);
-  if (unknown) throw UsageError{"--rsi-target: " + host + ": " + unknown.message()};
-  options.cell.rsi_host = found.begin()->endpoint().address().to_string();
+  auto address = sim::address_of(host);
+  if (!address) throw UsageError{"--rsi-target: " + host + ": " + address.error()};
+  options.cell.rsi_host = *std::move(address);
   options.cell.rsi_port = port;
 }
 
@@ -260,19 +254,17 @@ int run(Options options) {
   const rsi::EthernetConfig ethernet = sendable_ethernet(scenario.ethernet_xml);
   choose_rsi_target(options, ethernet);
 
-  asio::io_context io{1};
-  sim::SimulatedCell cell{io.get_executor(), scenario, ethernet, options.cell};
+  steering::EventLoop loop;
+  sim::SimulatedCell cell{loop.executor(), scenario, ethernet, options.cell};
   std::optional<steering::LinePort> admin;
   if (options.admin_port) {
     try {
-      admin.emplace(io.get_executor(), *options.admin_port,
+      admin.emplace(loop.executor(), *options.admin_port,
                     [&](const std::string& line) { return steered(line, cell, scenario); });
     } catch (const boost::system::system_error& e) {
       throw sim::PortError{"admin", *options.admin_port, e.code()};
     }
   }
-  asio::signal_set ends{io, SIGTERM, SIGINT};
-  ends.async_wait([&io](boost::system::error_code, int) { io.stop(); });
 
   if (!options.truth_file.empty()) config::write_text_file(options.truth_file, truth_json(scenario) + "\n");
   if (!options.ready_file.empty())
@@ -285,7 +277,7 @@ int run(Options options) {
                 options.cell.rsi_host.c_str(), options.cell.rsi_port);
     std::fflush(stdout);
   }
-  io.run();
+  loop.run();
 
   if (options.json) std::puts(statistics_json(cell.statistics(), scenario).c_str());
   if (!options.ready_file.empty()) std::filesystem::remove(options.ready_file);
