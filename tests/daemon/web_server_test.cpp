@@ -132,6 +132,27 @@ TEST_F(WebServerTest, TakesOneMessageForOneRequestHoweverItIsLaidOutAndCut) {
       << "1003";
 }
 
+TEST_F(WebServerTest, TakesWhatComesTogetherWithARequestForTheNextOne) {
+  HttpClient client{serve_web()};
+  const std::string request = "GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  client.send(request + "HEAD / HTTP/1.0\r\nHost: localhost\r\nConnection: keep-alive\r\n\r\n" + request +
+              "GET /rpc HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+              "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n" +
+              WebSocketClient::frame(0x81, control::encode_request(7, "session.challenge", {})));
+  EXPECT_EQ(client.answer().status, 200);
+  EXPECT_EQ(client.answer(false).status, 200);
+  EXPECT_EQ(client.answer().body, "{\"status\":\"ok\"}\n");
+  const HttpAnswer upgraded = client.answer();
+  EXPECT_EQ(upgraded.status, 101) << upgraded.header;
+  std::string come;
+  while (come.find("\"id\":7") == std::string::npos && come.size() < 4096) {
+    const std::string byte = client.read(1);
+    if (byte.empty()) break;
+    come += byte;
+  }
+  EXPECT_THAT(come, HasSubstr("\"id\":7")) << come;
+}
+
 TEST_F(WebServerTest, AnswersPingsWhileACallRunsAndOthersWait) {
   WebSocketClient client{serve_web()};
   client.hello();
