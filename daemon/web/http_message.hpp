@@ -29,7 +29,7 @@ struct HttpAnswer {
 HttpAnswer refusal(boost::beast::http::status status, const std::string& why);
 
 /// The bytes of an answer over HTTP/1.1.
-/// @param has_body  false: the request was HEAD, and is told of the body's length alone
+/// @param has_body  false for HEAD: the header has the length of the body, which is left out
 std::string bytes_of(const HttpAnswer& answer, bool keep_alive, bool has_body);
 
 /// Reads the requests of one connection, one behind the other.

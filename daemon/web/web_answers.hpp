@@ -13,7 +13,7 @@ namespace truepose::daemon {
 class WebAnswers {
  public:
   /// @param parts    outlives it
-  /// @param origins  of pages that may speak the control protocol, beside our own
+  /// @param origins  of pages that may use the control protocol, in addition to our own
   WebAnswers(const WebServerParts& parts, std::vector<std::string> origins, bool tls)
       : parts_{parts}, origins_{std::move(origins)}, tls_{tls} {}
 

@@ -169,7 +169,7 @@ class WebSocketConnection final : public Connection {
     bool ended = false;
   };
 
-  /// Reads, a piece at a time, also while nobody takes it, since it is reading that answers pings; but no
+  /// Reads a piece at a time, also while the inbox is not read, because reading answers pings; but no
   /// more ahead than a line may be long. A read of its own, since one that is cancelled takes the WebSocket
   /// with it, and then no reason could be written.
   static awaitable<void> pump(std::shared_ptr<Socket> socket) {
