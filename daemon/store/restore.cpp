@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "config/text_file.hpp"
-#include "daemon/service/runtime_folder.hpp"
+#include "daemon/store/runtime_folder.hpp"
 #include "daemon/store/backup.hpp"
 #include "daemon/store/sqlite.hpp"
 #include "daemon/store/store.hpp"

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "daemon/service/runtime_folder.hpp"
+#include "daemon/store/runtime_folder.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {

@@ -1,4 +1,4 @@
-#include "daemon/service/runtime_folder.hpp"
+#include "daemon/store/runtime_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -310,7 +310,7 @@ void expect_all(Store& store, Witness& seen) {
 // Disks that lose, reorder and tear what was not synced when the power went.
 TEST_F(StoreFaults, EveryAcknowledgedRecordOutlivesPowerCuts) {
   constexpr std::uint64_t kFirstSeed = 20261124;
-  const int all = trials(2000);
+  const int all = trials(2000) / share();
   for (int trial = 0; trial < all; ++trial) {
     const std::uint64_t seed = kFirstSeed + static_cast<std::uint64_t>(trial);
     SCOPED_TRACE(testing::Message() << "seed " << seed);

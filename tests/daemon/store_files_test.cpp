@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "daemon/service/runtime_folder.hpp"
+#include "daemon/store/runtime_folder.hpp"
 #include "daemon/store/restore.hpp"
 #include "daemon/store/store.hpp"
 #include "tests/daemon/older_store.hpp"

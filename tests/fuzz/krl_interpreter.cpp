@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/fuzz/target.hpp"
-#include "tools/sim/controller_declarations.hpp"
+#include "tools/sim/krl/controller_declarations.hpp"
 #include "tools/sim/krl/interpreter.hpp"
 #include "tools/sim/krl/load.hpp"
 

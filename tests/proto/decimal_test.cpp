@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/trials.hpp"
+
 namespace truepose::text {
 namespace {
 
@@ -69,7 +71,7 @@ TEST(Decimal, IsReadAsFromCharsDoesOnRandomNumbers) {
     for (char& c : text) c = static_cast<char>('0' + random() % 10);
     return text;
   };
-  for (int round = 0; round < 200'000; ++round) {
+  for (int round = 0; round < 200'000 / share(); ++round) {
     std::string text = (random() % 2 == 0 ? "-" : "") + digits(random() % 8 == 0 ? 20 : 8);
     if (random() % 4 != 0) text += "." + digits(random() % 8 == 0 ? 20 : 8);
     ASSERT_TRUE(decimal(text)) << text;
@@ -162,7 +164,7 @@ TEST(Fixed, IsWrittenAsToCharsDoesOnRandomNumbers) {
   SCOPED_TRACE(kSeed);
   std::mt19937_64 random{kSeed};
   std::uniform_real_distribution<double> exponent{-12, 12}, mantissa{-1, 1};
-  for (int round = 0; round < 300'000; ++round) {
+  for (int round = 0; round < 300'000 / share(); ++round) {
     const double value = mantissa(random) * std::pow(10, exponent(random));
     ASSERT_NO_FATAL_FAILURE(expect_as_to_chars(value, static_cast<int>(random() % 16)));
     ASSERT_NO_FATAL_FAILURE(expect_as_to_chars(value, 6));

@@ -9,6 +9,7 @@
 #include "proto/krl/places.hpp"
 #include "proto/krl/rewrite.hpp"
 #include "tests/proto/krl_corpus.hpp"
+#include "tests/trials.hpp"
 
 namespace truepose::krl {
 namespace {
@@ -323,7 +324,7 @@ TEST(KrlCorpus, SurvivesAnyMutationAndTruncation) {
     expect_numbers_where_they_are_said(*program, text);
   };
   for (const auto& files : krl_corpus::all()) {
-    for (int trial = 0; trial < 500; ++trial) {
+    for (int trial = 0; trial < 500 / share(); ++trial) {
       const std::string src = mutated(files.src, random), dat = mutated(files.dat, random),
                         config = mutated(files.config, random);
       read({src, files.dat, files.config});

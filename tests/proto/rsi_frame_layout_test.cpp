@@ -7,16 +7,12 @@
 
 #include "proto/rsi/frame_layout.hpp"
 #include "tests/allocations.hpp"
-#include "tests/sanitized.hpp"
 #include "tests/trials.hpp"
 
 namespace truepose::rsi {
 namespace {
 
 using namespace std::string_literals;
-
-/// Sanitizers see a tenth of what the release decodes every day.
-const int kShare = TRUEPOSE_SANITIZED && !all_trials() ? 10 : 1;
 
 /// Layouts that controllers, and who imitates them, may have; each with a %s in the place of a number.
 const std::vector<std::string> kLayouts{
@@ -117,7 +113,7 @@ TEST(RobotFrameDecoder, DecodesWhateverIsChangedAsTheGeneralDecoderDoes) {
   std::mt19937_64 random{kSeed};
   const std::string interesting = "<>/=\"' \0naifxe+-.0123456789AEIPOC&!?\r\n"s;
   std::vector<RobotFrameDecoder> decoders(kLayouts.size());
-  for (int round = 0; round < 60'000 / kShare; ++round) {
+  for (int round = 0; round < 60'000 / share(); ++round) {
     const std::size_t kind = random() % kLayouts.size();
     std::string text = filled(kLayouts[kind], random);
     ASSERT_NO_FATAL_FAILURE(expect_one_decoding(decoders[kind], text));
@@ -145,7 +141,7 @@ TEST(RobotFrameDecoder, DecodesAFrameWithAnyByteChangedOrCutAnywhereAsTheGeneral
       ASSERT_NO_FATAL_FAILURE(expect_one_decoding(decoder, good.substr(0, at)));
       std::string bytes = good;
       // Each place meets other bytes than the one before it.
-      for (int value = static_cast<int>(at) % kShare; value < 256; value += kShare) {
+      for (int value = static_cast<int>(at) % share(); value < 256; value += share()) {
         bytes[at] = static_cast<char>(value);
         RobotFrameDecoder learned;
         learned.decode(good);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "tools/sim/controller_declarations.hpp"
+#include "tools/sim/krl/controller_declarations.hpp"
 
 namespace truepose::sim::krl {
 namespace {

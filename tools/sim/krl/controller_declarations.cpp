@@ -1,4 +1,4 @@
-#include "tools/sim/controller_declarations.hpp"
+#include "tools/sim/krl/controller_declarations.hpp"
 
 namespace truepose::sim {
 
