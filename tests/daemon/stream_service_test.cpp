@@ -58,7 +58,8 @@ TEST_F(AWatchedStream, SaysWhatToLookAtWhereNoPacketComes) {
     EXPECT_FALSE(started);
     EXPECT_LE(clock.now() - asked, 5s);
     EXPECT_THAT(started.error().message,
-                AllOf(HasSubstr("no packet came to"), HasSubstr("IP_NUMBER and PORT"), HasSubstr("RSI_ON")));
+                AllOf(HasSubstr("no packet came to"), HasSubstr("IP_NUMBER and PORT"), HasSubstr("RSI_ON"),
+                      HasSubstr("RSITimeout"), HasSubstr(config.stream.ethernet_xml)));
   });
 }
 

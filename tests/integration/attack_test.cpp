@@ -72,13 +72,14 @@ class AttackedCell {
 
   /// @param honest  the client that means well
   void withstand(const std::vector<Attack>& attacks, const tools::DaemonAddress& honest) {
-    const Clock::duration time = all_trials() ? 60s : 2s;
+    const Clock::duration time = all_trials() ? Clock::duration{60s} : 1s,
+                          quiet = all_trials() ? time / 4 : 100ms;
     wait_of(honest, 1s);
     const double before_MB = memory_MB();
     for (const Attack& attack : attacks) {
       Waits waits;
       std::uint64_t done = 0;
-      const auto quiet_us = [&] { return p99_while(cell_, [&] { wait_of(honest, time / 4); }); };
+      const auto quiet_us = [&] { return p99_while(cell_, [&] { wait_of(honest, quiet); }); };
       const double before_us = quiet_us();
       const double attacked_us = p99_while(cell_, [&] {
         std::jthread attacker{[&](std::stop_token stop) { done = attack.run(std::move(stop)); }};

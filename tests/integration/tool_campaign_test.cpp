@@ -138,25 +138,6 @@ TEST_F(AToolCampaignOverTheRealProtocols, FindsTheTcpAndSaysOfItWhatTheCommandSa
   EXPECT_THAT(run({"tools", "list"}).out, HasSubstr("campaign " + id));
 }
 
-TEST_F(AToolCampaignOverTheRealProtocols, AsksForTheReflectorAtEachPointOfTheTool) {
-  calibrate("14");
-  put_reflector_at({0, 0, 0});
-  const Finished started =
-      run({"campaign", "start", "--tool", "5", "--points", "origin,x,xy", "--tool-poses", "4"});
-  ASSERT_EQ(started.exit_code, 0) << started.err;
-  wait_until("put the reflector at point \\\"x\\\" of tool 5");
-  put_reflector_at({110, 0, 0});
-  ASSERT_EQ(run({"campaign", "resume"}).exit_code, 0);
-  wait_until("put the reflector at point \\\"xy\\\" of tool 5");
-  put_reflector_at({-15, 90, 0});
-  ASSERT_EQ(run({"campaign", "resume"}).exit_code, 0);
-  wait_until("\"state\":\"ready\"");
-  ASSERT_EQ(run({"campaign", "export", "--frame", path("gun.yaml")}).exit_code, 0);
-  const config::ToolFile tool = config::load_tool(path("gun.yaml"), config::load_robot(kRobot));
-  EXPECT_LT(plain::mm_between(tool.X_told.matrix(), X_FT_), 1) << "as turned as the model has its flange";
-  EXPECT_LT(plain::rad_between(tool.X_told.matrix(), X_FT_), 0.01);
-}
-
 /// A fixture beside the arm, with a reflector at each of three points.
 class AFixtureOverTheRealProtocols : public AToolCampaignOverTheRealProtocols {
  protected:
