@@ -55,7 +55,8 @@ class AttackedCell {
  public:
   /// @param to  the address that its TLS is at
   explicit AttackedCell(const std::string& to)
-      : cell_{{.cell = {{"  #tls:", "  tls:"},
+      : cell_{{.speedup = 1000,
+               .cell = {{"  #tls:", "  tls:"},
                         {"  #  listen: 0.0.0.0:7211", "    listen: " + to + ":0"},
                         {"  #  certificate:", "    certificate:"},
                         {"  #  key:", "    key:"}}}} {

@@ -46,7 +46,7 @@ void expect_same_calibration(const json::value& a, const json::value& b) {
 }
 
 TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivatesTheModel) {
-  LiveCell cell;
+  LiveCell cell{{.speedup = 1000}};
   cell.start_daemon();
   tools::RpcClient client = cell.client();
   called(client, "events.subscribe");
@@ -173,7 +173,7 @@ TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndGoesOnWithTheCampaign) 
 }
 
 TEST(ADriftCheckOverTheRealProtocols, JudgesTheActiveModelByAFewPosesOnly) {
-  LiveCell cell;
+  LiveCell cell{{.speedup = 1000}};
   cell.start_daemon();
   const Finished without = cell.truepose({"drift"});
   EXPECT_EQ(without.exit_code, 1);
@@ -200,7 +200,7 @@ TEST(ADriftCheckOverTheRealProtocols, JudgesTheActiveModelByAFewPosesOnly) {
 }
 
 TEST(ATargetsCampaignOverTheRealProtocols, FindsJointsAndHandsThemOut) {
-  LiveCell cell{{.speedup = 200}};
+  LiveCell cell{{.speedup = 1000}};
   cell.start_daemon();
   const Finished without = cell.truepose({"campaign", "start", "--kind", "targets"});
   EXPECT_EQ(without.exit_code, 1);
@@ -242,7 +242,7 @@ TEST(ATargetsCampaignOverTheRealProtocols, FindsJointsAndHandsThemOut) {
 }
 
 TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile) {
-  LiveCell cell{{.speedup = 200, .cell = {{"\ncontrol:\n", "\niso9283: {variation: true}\ncontrol:\n"}}}};
+  LiveCell cell{{.speedup = 1000, .cell = {{"\ncontrol:\n", "\niso9283: {variation: true}\ncontrol:\n"}}}};
   cell.start_daemon();
   ASSERT_EQ(small_campaign(cell).exit_code, 0);
   const Finished run = cell.truepose({"campaign", "start", "--kind", "iso9283", "--cycles", "3", "--watch"});

@@ -32,8 +32,10 @@ const std::string kFourNests =
 const std::string kTrackerOfScenario = "  reflector: CCR-1.5in                # how it names";
 const std::string kTrackerOfCell = "  beam_radius_mm: 25 ";
 
-LiveCell::Options three_reflectors(int seed) {
+/// @param speedup  what is steered lasts so many times shorter
+LiveCell::Options three_reflectors(int seed, double speedup) {
   return {
+      .speedup = speedup,
       .scenario =
           {{"#further_reflectors: [",
             "further_reflectors: [{offset_mm: {x: 118, y: -22, z: 154}, facing: {x: 0.6, y: -0.35, z: 0.71}, "
@@ -85,7 +87,7 @@ std::deque<Trouble> a_bad_night(std::size_t poses) {
 class Night {
  public:
   Night(int seed, std::deque<Trouble> troubles)
-      : cell_{three_reflectors(seed)},
+      : cell_{three_reflectors(seed, troubles.empty() ? 1000 : 100)},
         random_(static_cast<std::uint64_t>(seed)),
         troubles_{std::move(troubles)} {
     cell_.start_daemon(test::power_may_be_cut(cell_.store_file()));

@@ -174,18 +174,6 @@ TEST_F(ATroubledStream, SaysThatTheControllerTakesAnotherSentype) {
   });
 }
 
-TEST_F(ATroubledStream, SaysThatItCannotSeeWhetherTheArmFollowsWhereTheActualAxesHaveAnotherName) {
-  experiment([&] {
-    begin_with_ethernet(R"(TAG="DEF_AIPos" TYPE="DOUBLE" INDX="INTERNAL")",
-                        R"(TAG="AIPos.Axis1" TYPE="DOUBLE" INDX="1")");
-    start();
-    expect_named("E_CELL", AllOf(HasSubstr("no AIPos"), HasSubstr("whether the arm follows"),
-                                 HasSubstr("DEF_AIPos"), HasSubstr("stream.ethernet_xml")));
-    // And what came instead.
-    expect_logged(" warning ", AllOf(HasSubstr("AIPos.A1 is missing (at byte"), HasSubstr("<AIPos Axis1=")));
-  });
-}
-
 TEST_F(ATroubledStream, SaysThatItsControllerFellSilentAndStartsAnewAsItSays) {
   experiment([&] {
     begin({.faults = "[{kind: rsi-silence, at_cycle: 300, lasts_cycles: 100000}]"});

@@ -31,7 +31,8 @@ const Eigen::Matrix4d kX_WB = plain::kuka_frame({3387.4, 452.8, -1251.6}, {164.8
 
 class AToolCampaignOverTheRealProtocols : public testing::Test {
  protected:
-  AToolCampaignOverTheRealProtocols() { cell_.start_daemon(); }
+  AToolCampaignOverTheRealProtocols()
+      : AToolCampaignOverTheRealProtocols(LiveCell::Options{.speedup = 1000}) {}
   explicit AToolCampaignOverTheRealProtocols(const LiveCell::Options& options) : cell_{options} {
     cell_.start_daemon();
   }
@@ -143,6 +144,7 @@ class AFixtureOverTheRealProtocols : public AToolCampaignOverTheRealProtocols {
  protected:
   AFixtureOverTheRealProtocols()
       : AToolCampaignOverTheRealProtocols(LiveCell::Options{
+            .speedup = 1000,
             .scenario = {
                 {"  reflector: CCR-1.5in ",
                  "  nests_mm: [{x: 1900, y: 300, z: -700}, {x: 2200, y: 300, z: -700}, {x: 1900, y: 700, "
