@@ -154,6 +154,7 @@ TEST(TrackerMovedTwice, IsToldWithBothMoments) {
   const Eigen::Vector3d away(0.8, 0, 0.6), elsewhere(-0.6, 0.8, 0);
   const std::uint64_t seeds = all_trials() ? 4 : 1;
   for (const double moved_mm : {0.2, 1.0, 3.0}) {
+    if (moved_mm == 1.0 && !all_trials()) continue;
     for (const Eigen::Vector3d& then : {Eigen::Vector3d{0, 0, 0}, elsewhere}) {
       for (std::uint64_t seed = 0; seed < seeds; ++seed) {
         Random random{seed};
@@ -216,8 +217,9 @@ TEST(SlippedJoint, IsNamedAndNotTakenForWarmth) {
 }
 
 TEST(ExchangedReflector, IsNamed) {
+  const std::uint64_t seeds = all_trials() ? 10 : 3;
   for (const double longer_mm : {0.5, 2.0}) {
-    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    for (std::uint64_t seed = 0; seed < seeds; ++seed) {
       Random random{seed};
       const CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
       CalibratedCell other = truth;

@@ -38,7 +38,7 @@ std::vector<JointVector> some_poses(const RobotModel& robot, Random& random) {
 TEST(RightArms, AreNeverAccusedHoweverBadlyBuiltAndMeasured) {
   const std::array arms{example::kr210(), example::ur10(), example::seven_axis(), example::kr210_on_a_rail(),
                         example::scara()};
-  const int cases = all_trials() ? 10000 : 300;
+  const int cases = all_trials() ? 10000 : 100;
   for (int seed = 0; seed < cases; ++seed) {
     Random random{static_cast<std::uint64_t>(seed)};
     const RobotModel& nominal = arms[random.next() % arms.size()];

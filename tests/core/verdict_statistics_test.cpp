@@ -188,6 +188,7 @@ TEST(VerdictOnABadCampaign, SeesNoiseThatNobodyStated) {
   const int runs = trials(200);
   EXPECT_EQ(doubted(runs, {.before = noisy}), runs);
   EXPECT_EQ(doubted(runs, {.reference_every = 0, .before = noisy}), runs);
+  EXPECT_EQ(told(1, "times the noise that is stated", {.before = noisy}), 1);
   const auto sixth = [](TrueArmSetup&, TrackerNoiseModel& noise, int point) {
     noise.range_mm = noise.transverse_mm = point % 6 == 5 ? 3 : 0.01;
   };

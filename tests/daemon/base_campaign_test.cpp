@@ -8,7 +8,6 @@
 #include "daemon/cell/frame_order.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
 #include "tests/daemon/jogging_hand.hpp"
-#include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -164,14 +163,6 @@ TEST_F(TouchedBaseTest, CountsWhatIsNotKnownOfTheToolAsMuchAsTheReadings) {
   EXPECT_LT(base.frame.sigma_mm(), by_stated->sigma_mm());
 }
 
-TEST_F(TouchedBaseTest, NeedsNoTracker) {
-  with_a_hand();
-  measured();
-  EXPECT_EQ(journal.result->identities.tracker.model, "");
-  EXPECT_EQ(journal.result->identities.robot.serial, "MOCK-0001");
-  EXPECT_FALSE(tracker->connected());
-}
-
 TEST_F(TouchedBaseTest, AsksForEachTouchOfAPointAndNamesTheOneThatTheOthersContradict) {
   order.readings = 3;
   with_a_hand({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 2, 0}});
@@ -221,46 +212,6 @@ TEST_F(TouchedBaseTest, AsksAgainWhereNobodyHasMovedTheArmSinceTheTouchBefore) {
   EXPECT_THAT(observer.pauses.back(),
               HasSubstr("the arm has not been moved since it touched point \"origin\": touch point \"x\""));
   EXPECT_THAT(journal.points, SizeIs(1));
-}
-
-TEST_F(TouchedBaseTest, AsksAgainWhereTheControllerCannotBeAsked) {
-  observer.at_pause = [this] {
-    if (observer.pauses.size() == 1) robot->leave(std::chrono::seconds{90});
-    const auto touch = static_cast<std::size_t>(campaign->progress().done);
-    jog(hand.touching(place_mm(touch), kTcp_F_mm));
-    later(std::chrono::seconds{60}, [this] { campaign->resume(); });
-  };
-  EXPECT_LT(off_mm(measured().frame.X), 0.5);
-  ASSERT_THAT(observer.pauses, SizeIs(4));
-  EXPECT_THAT(observer.pauses[1], HasSubstr("robot: the controller does not answer: touch point \"origin\""));
-}
-
-TEST_F(TouchedBaseTest, ReadsAnArmThatMayNotBeMovedByItsProgram) {
-  with_a_hand();
-  observer.at_phase = [this, pressed = false](CampaignPhase phase) mutable {
-    if (phase == CampaignPhase::Frame && !std::exchange(pressed, true)) robot->press_emergency_stop(true);
-  };
-  EXPECT_LT(off_mm(measured().frame.X), 0.5);
-  EXPECT_THAT(observer.troubles, IsEmpty());
-}
-
-TEST_F(TouchedBaseTest, SaysWhatTheCommandSaysOfTheExportedReadings) {
-  order.readings = 2;
-  with_a_hand();
-  const BaseResult& base = measured();
-  const TempFolder folder;
-  std::ostringstream csv;
-  const RobotModel& arm = config.robot.model;
-  config::write_frame_readings(csv, base.data, arm);
-  EXPECT_THAT(csv.str(), testing::StartsWith("point,q1,q2,q3,q4,q5,q6\n"));
-  const FrameReadings read = config::load_frame_readings(folder.write("touched.csv", csv.str()), arm, false);
-  const config::ToolFile tool =
-      config::load_tool(folder.write("gun.yaml", config::tool_yaml(order.touch->tool)), arm);
-  const auto known = config::tool_under(order.by, tool);
-  const auto offline = work_frame(read, order.by, {known->X.translation(), &*known});
-  ASSERT_TRUE(offline) << offline.error();
-  EXPECT_LT((offline->X.matrix() - base.frame.X.matrix()).norm(), 1e-9);
-  EXPECT_LT((offline->covariance - base.frame.covariance).norm(), 1e-12);
 }
 
 TEST_F(TouchedBaseTest, GoesOnWithTheNextTouchAfterAnInterruption) {

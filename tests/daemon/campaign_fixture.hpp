@@ -27,9 +27,7 @@ struct CampaignTest : testing::Test {
   /// @param past  of one that was interrupted and goes on
   void start(CampaignOrder order = CalibrationOrder{}, std::shared_ptr<const CampaignPast> past = {}) {
     outcome.reset();
-    const int fail_at_point = journal.fail_at_point;
     journal = {};
-    journal.fail_at_point = fail_at_point;
     campaign.reset();
     tracker.reset();
     robot.reset();

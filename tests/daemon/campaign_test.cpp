@@ -292,40 +292,6 @@ TEST_F(CampaignTest, TheReferencePoseShowsAnArmThatWarmsUp) {
   EXPECT_GT(drift_mm.back(), 0.2);
 }
 
-/// Checks by five poses what a calibration of the example cell found, in a cell like `truth`.
-struct DriftTest : CampaignTest {
-  DriftCheck check() {
-    config.campaign.identify_poses = 30;
-    start();
-    EXPECT_TRUE(go_on() && *outcome);
-    const CampaignResult& made = ***outcome;
-    reference = {.cell = made.as<CalibrationResult>().calibration.cell,
-                 .covariance = made.as<CalibrationResult>().calibration.covariance,
-                 .noise = made.as<CalibrationResult>().noise,
-                 .validation_mean_mm = made.as<CalibrationResult>().calibration.validate->after.mean};
-    if (since) since();
-    start(DriftOrder{.reference = reference});
-    EXPECT_TRUE(go_on() && *outcome);
-    EXPECT_EQ(journal.points.size(), 5U);
-    return (***outcome).as<DriftResult>().check;
-  }
-  std::function<void()> since;  ///< what happens after the calibration
-  DriftReference reference;
-};
-
-TEST_F(DriftTest, FindsAnUnchangedCellStillRight) {
-  const DriftCheck found = check();
-  EXPECT_EQ(found.verdict, DriftVerdict::Ok) << found.reason;
-  EXPECT_LT(found.mean_mm, 0.08);
-}
-
-TEST_F(DriftTest, FindsThatTheTrackerWasMoved) {
-  since = [this] { truth.truth.X_WB.translation() += Eigen::Vector3d{0.4, -0.5, 0.3}; };
-  const DriftCheck found = check();
-  EXPECT_EQ(found.verdict, DriftVerdict::Failed) << found.reason;
-  EXPECT_THAT(found.reason, HasSubstr("the tracker or the base moved"));
-}
-
 TEST_F(CampaignTest, DoesNotCompensateWithACalibrationThatIsNoBetterThanTheDataSheet) {
   truth.truth.robot = truth.nominal;
   truth.noise.range_mm = truth.noise.transverse_mm = 0.5;

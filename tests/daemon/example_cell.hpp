@@ -43,8 +43,6 @@ struct MemoryJournal final : daemon::CampaignJournal {
   std::shared_ptr<const daemon::CampaignResult> result;
   std::optional<daemon::CampaignError> error;
   std::function<void(const daemon::StoredPoint&)> at_point;  ///< of any purpose, before it is there
-  int fail_at_point = -1;                                    ///< this call of add_point fails
-  bool full = false;                                         ///< as for want of room, until it is no longer
 
   /// What the store would give of the campaign to one that goes on.
   std::shared_ptr<const daemon::CampaignPast> past() const;

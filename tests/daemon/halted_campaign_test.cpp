@@ -4,7 +4,6 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/post.hpp>
 #include <optional>
-#include <set>
 
 #include "core/math/angles.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
@@ -24,22 +23,6 @@ using testing::Ne;
 using testing::SizeIs;
 
 using HaltedCampaignTest = CampaignTest;
-
-TEST_F(HaltedCampaignTest, EveryPoseIsMeasuredOrListedThroughLostConnectionsAndRestarts) {
-  config.campaign.pause_after_lost = 0;
-  truth.faults.robot_lost = truth.faults.robot_restart = truth.faults.robot_silent = 0.05;
-  truth.faults.tracker_lost = truth.faults.tracker_restart = truth.faults.tracker_silent = 0.05;
-  truth.faults.robot_not_ready = 0.05;
-  start();
-  ASSERT_TRUE(go_on());
-  ASSERT_TRUE(*outcome) << outcome->error().detail;
-  std::multiset<int> poses;
-  for (const StoredPoint& point : journal.points) poses.insert(point.pose);
-  for (const SkippedPose& pose : journal.skipped) poses.insert(pose.pose);
-  ASSERT_EQ(poses.size(), 40U);
-  for (int pose = 1; pose <= 40; ++pose) EXPECT_EQ(poses.count(pose), 1U) << pose;
-  EXPECT_FALSE(observer.troubles.empty());
-}
 
 TEST_F(HaltedCampaignTest, BeginsThoughItsDevicesAreAwayForAMomentAsItConnects) {
   start();
@@ -234,36 +217,6 @@ TEST_F(HaltedCampaignTest, CanBeAbortedWhilePausedAndBeforeItsFirstStep) {
   campaign->abort("too early");
   ASSERT_TRUE(go_on());
   EXPECT_EQ(outcome->error().detail, "too early");
-}
-
-TEST_F(HaltedCampaignTest, AStoreThatFailsEndsTheCampaignAtOnce) {
-  journal.fail_at_point = 5;
-  start();
-  ASSERT_TRUE(go_on());
-  ASSERT_FALSE(*outcome);
-  EXPECT_EQ(outcome->error().fault, CampaignFault::Store);
-  EXPECT_EQ(outcome->error().detail, "database or disk is full");
-  EXPECT_EQ(journal.points.size(), 5U);
-  EXPECT_EQ(observer.deviations_mm.size(), 5U);
-}
-
-TEST_F(HaltedCampaignTest, AStoreWithoutRoomPausesTheCampaignWhichKeepsItsPointAndGoesOn) {
-  journal.fail_at_point = 5;
-  start();
-  journal.full = true;
-  int tries = 0;
-  observer.at_pause = [this, &tries] {
-    EXPECT_EQ(journal.points.size(), 5U);
-    if (++tries == 2) journal.fail_at_point = -1;
-    at(clock.now() - TimePoint{} + std::chrono::minutes{10}, [this] { campaign->resume(); });
-  };
-  ASSERT_TRUE(go_on());
-  ASSERT_TRUE(*outcome) << outcome->error().detail;
-  EXPECT_EQ(tries, 2);
-  EXPECT_THAT(observer.pauses.front(), HasSubstr("with the last point in memory: database or disk is full"));
-  EXPECT_EQ(journal.points.size(), (**outcome)->points.size());
-  for (std::size_t i = 1; i < journal.points.size(); ++i)
-    EXPECT_NE(journal.points[i].pose, journal.points[i - 1].pose);
 }
 
 }  // namespace

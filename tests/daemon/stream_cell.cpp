@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -111,6 +112,12 @@ RobotModel StreamCell::random_arm() {
   return arm;
 }
 
+RobotModel StreamCell::unusable_arm() {
+  RobotModel arm = nominal_arm();
+  arm.joints[pick(arm.joints.size())].alpha_rad = std::numeric_limits<double>::quiet_NaN();
+  return arm;
+}
+
 std::uint64_t StreamCell::gap() {
   return static_cast<std::uint64_t>(std::pow(10, within(0, std::log10(options_.longest_gap_cycles))));
 }
@@ -153,6 +160,8 @@ void StreamCell::operate() {
   if (seldom(1500)) cycle_->disengage();
   if (seldom(100)) cycle_->acknowledge();
   if (seldom(800)) cycle_->use_model(arm_ = random_arm(), 2 + pick(100));
+  if (seldom(6000)) cycle_->use_no_model();
+  if (seldom(6000)) cycle_->use_model(unusable_arm(), 1);
 }
 
 void StreamCell::engage() {
@@ -228,6 +237,19 @@ void StreamCell::cycle() {
   judge(plant_.end_cycle());
   before_ = *sent;
   if (history_.cycles % 1000 == 0) check();
+}
+
+void StreamCell::rest(int cycles) {
+  options_.rarity = std::numeric_limits<double>::infinity();
+  datagrams_lost_ = replies_lost_ = foreign_cycles_ = 0;
+  if (!daemon_runs()) {
+    daemon_down_ = 0;
+    end_daemon();
+    start_daemon();
+  }
+  cycle_->disengage();
+  cycle_->acknowledge();
+  for (; cycles > 0; --cycles) cycle();
 }
 
 void StreamCell::exchange(const Plant::Sent& sent) {

@@ -76,10 +76,13 @@ class StreamCell {
 
   /// One cycle of the controller.
   void cycle();
+  /// An operator stops the correction and acknowledges every fault; for so many cycles nothing else happens.
+  void rest(int cycles);
 
   /// So far.
   StreamHistory history() const;
   const test::PlantOptions& controller() const { return plant_options_; }
+  const test::Plant::Axes& in_force_deg() const { return plant_.in_force_deg(); }
   drivers::TimePoint now() const { return now_; }
   /// When the daemon was last given a good frame from the controller's address.
   drivers::TimePoint heard() const { return heard_; }
@@ -98,6 +101,7 @@ class StreamCell {
   test::PlantOptions random_plant();
   rsi::EthernetConfig random_config();
   RobotModel random_arm();
+  RobotModel unusable_arm();
 
   void start_daemon();
   void end_daemon();

@@ -1,9 +1,8 @@
-#include "tests/daemon/stream_history.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
+#include "tests/daemon/stream_cell.hpp"
 #include "tests/sanitized.hpp"
 
 namespace truepose::daemon {
@@ -15,6 +14,15 @@ constexpr std::uint64_t kEveryday = TRUEPOSE_SANITIZED ? 100 : 1000;
 std::uint64_t histories() {
   const char* const count = std::getenv("TRUEPOSE_STREAM_HISTORIES");
   return count ? std::strtoull(count, nullptr, 10) : kEveryday;
+}
+
+constexpr int kCycles = 900;
+
+/// A cell that the seed makes up, and some seconds in which everything happens to it that can.
+StreamHistory stream_history(std::uint64_t seed) {
+  StreamCell cell{seed};
+  for (int cycle = 0; cycle < kCycles; ++cycle) cell.cycle();
+  return cell.history();
 }
 
 TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAStep) {
@@ -37,6 +45,19 @@ TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAS
   EXPECT_GT(answered, 0.6);
   EXPECT_GT(sum.greatest_correction_deg, 2);
   EXPECT_GT(sum.greatest_step, 0.9) << "the histories ask for no speed";
+}
+
+TEST(StreamCycleProperty, ComesToExactlyZeroAfterAnyHistory) {
+  for (std::uint64_t seed = 101; seed <= 130; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    StreamCell cell{seed};
+    for (int cycle = 0; cycle < kCycles; ++cycle) cell.cycle();
+    cell.rest(2000);
+    EXPECT_EQ(cell.in_force_deg(), test::Plant::Axes{});
+    EXPECT_EQ(cell.status().value().state, StreamState::Idle) << cell.history().worst;
+    EXPECT_EQ(cell.history().broken, "");
+    if (HasFailure()) return;
+  }
 }
 
 }  // namespace

@@ -52,13 +52,15 @@ TEST_F(AWatchedStream, DoesNotBlameTheControllerWhereThisMachineDoesNotRead) {
 
 TEST_F(AWatchedStream, SaysWhatToLookAtWhereNoPacketComes) {
   sends = false;
+  config.stream.ethernet_xml = "/cell/rsi_ethernet.xml";
   play([this]() -> Wait {
     const drivers::TimePoint asked = clock.now();
     const auto started = co_await ask("stream.start");
     EXPECT_FALSE(started);
     EXPECT_LE(clock.now() - asked, 5s);
     EXPECT_THAT(started.error().message,
-                AllOf(HasSubstr("no packet came to"), HasSubstr("IP_NUMBER and PORT"), HasSubstr("RSI_ON")));
+                AllOf(HasSubstr("no packet came to"), HasSubstr("IP_NUMBER and PORT"), HasSubstr("RSI_ON"),
+                      HasSubstr("RSITimeout"), HasSubstr("/cell/rsi_ethernet.xml")));
   });
 }
 

@@ -146,16 +146,6 @@ TEST_F(ToolCampaignTest, NamesAReadingThatTheOthersContradict) {
   EXPECT_THAT(measured().frame.doubtful, ElementsAre(4U));
 }
 
-TEST_F(ToolCampaignTest, FindsThatTheTrackerMovedSinceTheModelWasMade) {
-  const Eigen::Vector3d beam = truth.truth.X_WB.translation().normalized();
-  order.by.cell.base = BasePose::of(Eigen::Translation3d(0.5 * beam) * truth.truth.X_WB);
-  const MeasuredFrame& frame = measured().frame;
-  ASSERT_TRUE(frame.shift);
-  EXPECT_TRUE(frame.shift->is_real());
-  EXPECT_NEAR(frame.shift->p_B_mm.norm(), 0.5, 0.15);
-  EXPECT_FALSE(frame.is_sound());
-}
-
 TEST_F(ToolCampaignTest, RefusesOrientationsThatAreAllAlike) {
   constexpr std::array<double, 6> kMiddle_deg{0, -90, 90, 0, 8, 0};
   for (std::size_t i = 0; i < kMiddle_deg.size(); ++i) {

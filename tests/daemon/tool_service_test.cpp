@@ -143,37 +143,6 @@ TEST_F(ToolServiceTest, TheSchemaNamesEveryKindOfCampaign) {
   EXPECT_THAT(kinds_in_schema("CampaignSummary"), ElementsAreArray(kCampaignKinds));
 }
 
-TEST_F(ToolServiceTest, AnInterruptedCampaignGoesOn) {
-  play([&]() -> Wait {
-    mock.put_reflector(kTcp_mm);
-    json::object params;
-    params["kind"] = "tool";
-    params["number"] = 3;
-    const Answer started = co_await ask("campaign.start", params);
-    EXPECT_TRUE(started) << started.error().message;
-    while (told(control::Topic::Measurement).size() < 4) co_await pass(1s);
-    co_await cell.shut_down();
-    co_await pass(10s);
-    co_await ask("cell.acknowledge");
-  });
-  const std::string id = store->last_campaign().value()->id;
-  EXPECT_EQ(store->last_campaign().value()->state, "interrupted");
-  const json::value waiting = call("cell.status")->at_pointer("/interrupted/0");
-  EXPECT_EQ(waiting.at("id").as_string(), id);
-  EXPECT_EQ(waiting.at("kind"), "tool");
-  play([&]() -> Wait {
-    json::object params;
-    params["id"] = id;
-    const Answer resumed = co_await ask("campaign.resume", params);
-    EXPECT_TRUE(resumed) << resumed.error().message;
-    co_await campaign_ended();
-  });
-  const json::value found = *call("campaign.get");
-  EXPECT_EQ(found.at_pointer("/campaign/state"), "done") << found.at_pointer("/campaign/reason");
-  EXPECT_EQ(found.at_pointer("/frame/readings").as_array().size(), 10U);
-  EXPECT_THAT(found.at("interruptions").as_array(), SizeIs(1));
-}
-
 TEST_F(ToolServiceTest, AToolWhoseReadingsContradictEachOtherCannotBeUsed) {
   play([&]() -> Wait {
     mock.put_reflector(kTcp_mm);

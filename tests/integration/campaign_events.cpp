@@ -9,6 +9,14 @@ namespace truepose {
 
 namespace json = boost::json;
 
+namespace {
+
+bool is_pause(const control::Event& event) {
+  return event.topic == "cell" && event.data.at("state") == "paused";
+}
+
+}  // namespace
+
 json::value called(tools::RpcClient& client, const std::string& method, const json::object& params) {
   auto result = client.call(method, params);
   if (!result) throw std::runtime_error{result.error().message};
@@ -21,16 +29,10 @@ bool is_end_of_campaign(const control::Event& event) {
   return phase == "done" || phase == "failed" || phase == "aborted" || phase == "interrupted";
 }
 
-bool is_pause(const control::Event& event) {
-  return event.topic == "cell" && event.data.at("state") == "paused";
-}
-
 bool is_loss(const control::Event& event) {
   return event.topic == "cell" && event.data.at("state") == event.data.at("from") &&
          !control::json_text(event.data.at("reason")).contains(" answers");
 }
-
-bool is_end_or_pause(const control::Event& event) { return is_end_of_campaign(event) || is_pause(event); }
 
 std::vector<control::Event> campaign_in_trouble(const LiveCell& cell, const json::object& params,
                                                 const std::function<json::object(std::int64_t)>& happens,
@@ -45,7 +47,7 @@ std::vector<control::Event> campaign_in_trouble(const LiveCell& cell, const json
   };
   while (events.empty() || !is_end_of_campaign(events.back())) {
     const auto more = events_until(client, [&](const auto& event) {
-      return is_end_or_pause(event) || is_measured(event) || is_loss(event);
+      return is_end_of_campaign(event) || is_pause(event) || is_measured(event) || is_loss(event);
     });
     events.insert(events.end(), more.begin(), more.end());
     const control::Event& last = events.back();

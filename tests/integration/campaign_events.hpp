@@ -29,8 +29,6 @@ std::vector<control::Event> events_until(tools::RpcClient& client, Fits fits) {
 }
 
 bool is_end_of_campaign(const control::Event& event);
-bool is_pause(const control::Event& event);
-bool is_end_or_pause(const control::Event& event);
 
 /// Runs a campaign in whose simulated cell something happens at each measured pose, on however fast a
 /// machine. Whenever it pauses it is told to go on.

@@ -32,8 +32,10 @@ const std::string kFourNests =
 const std::string kTrackerOfScenario = "  reflector: CCR-1.5in                # how it names";
 const std::string kTrackerOfCell = "  beam_radius_mm: 25 ";
 
-LiveCell::Options three_reflectors(int seed) {
+/// @param speedup  what is steered lasts so many times shorter
+LiveCell::Options three_reflectors(int seed, double speedup) {
   return {
+      .speedup = speedup,
       .scenario =
           {{"#further_reflectors: [",
             "further_reflectors: [{offset_mm: {x: 118, y: -22, z: 154}, facing: {x: 0.6, y: -0.35, z: 0.71}, "
@@ -59,7 +61,7 @@ struct Trouble {
 };
 
 /// Ten times somebody stands in the beam, the tracker restarts twice, the robot's link is cut three times,
-/// there is an emergency stop, the daemon is killed, and its PC loses its power.
+/// the controller restarts, there is an emergency stop, the daemon is killed, and its PC loses its power.
 std::deque<Trouble> a_bad_night(std::size_t poses) {
   std::deque<Trouble> troubles;
   const auto add = [&](double share, json::object steering) {
@@ -69,6 +71,7 @@ std::deque<Trouble> a_bad_night(std::size_t poses) {
   for (int i = 0; i < 10; ++i) add(0.03 + 0.095 * i, {{"kind", "beam-break"}, {"lasts_ms", 3000}});
   for (const double share : {0.25, 0.7}) add(share, {{"kind", "tracker-restart"}});
   for (const double share : {0.15, 0.45, 0.8}) add(share, {{"kind", "eki-drop"}, {"lasts_ms", 6000}});
+  add(0.9, {{"kind", "controller-restart"}, {"lasts_ms", 6000}});
   add(0.35, {{"kind", "emergency-stop"}, {"lasts_ms", 20'000}});
   const auto end = [&](double share, Trouble::Kind kind) {
     const double after = share * static_cast<double>(poses);
@@ -84,7 +87,7 @@ std::deque<Trouble> a_bad_night(std::size_t poses) {
 class Night {
  public:
   Night(int seed, std::deque<Trouble> troubles)
-      : cell_{three_reflectors(seed)},
+      : cell_{three_reflectors(seed, troubles.empty() ? 1000 : 100)},
         random_(static_cast<std::uint64_t>(seed)),
         troubles_{std::move(troubles)} {
     cell_.start_daemon(test::power_may_be_cut(cell_.store_file()));

@@ -106,7 +106,7 @@ TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDr
   // The address sanitizer keeps what was freed, and moves frames to a stack of its own (11 MB a thread,
   // touched as they go round), which is no growth of ours.
   setenv("ASAN_OPTIONS", "quarantine_size_mb=0:detect_stack_use_after_return=0", 0);
-  LiveCell cell;
+  LiveCell cell{{.speedup = 1000}};
   cell.start_daemon();
   const Finished campaign = small_campaign(cell);
   ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();

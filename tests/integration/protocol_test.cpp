@@ -162,7 +162,8 @@ void expect_joints_of_the_command_line(const LiveCell& cell, tools::RpcClient& c
 }
 
 TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
-  LiveCell cell{{.cell = {{"singular_deg: 20 ", "singular_deg: 5\n  tcp: {x: 0, y: 0, z: 300} "}}}};
+  LiveCell cell{
+      {.speedup = 1000, .cell = {{"singular_deg: 20 ", "singular_deg: 5\n  tcp: {x: 0, y: 0, z: 300} "}}}};
   cell.start_daemon();
   const json::value document = schema();
   const SchemaCheck check{document};

@@ -3,13 +3,8 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/ip/udp.hpp>
-#include <boost/asio/read_until.hpp>
-#include <boost/asio/write.hpp>
-#include <boost/json/parse.hpp>
 
 #include "tests/certificates.hpp"
 #include "tests/integration/live_cell.hpp"
@@ -18,9 +13,7 @@ namespace truepose {
 namespace {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using asio::ip::tcp;
-using asio::ip::udp;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -35,76 +28,6 @@ void expect_one_line(const Finished& refused, int exit_code) {
   EXPECT_EQ(refused.exit_code, exit_code) << refused.err;
   EXPECT_EQ(std::ranges::count(refused.err, '\n'), 1) << refused.err;
   EXPECT_EQ(refused.out, "");
-}
-
-/// The answer to one line on a connection of its own, which comes after the greeting.
-json::value answer(std::uint16_t port, const std::string& line) {
-  asio::io_context context;
-  tcp::socket socket{context};
-  socket.connect({kLoopback, port});
-  asio::write(socket, asio::buffer(line + "\n"));
-  std::string received;
-  received.erase(0, asio::read_until(socket, asio::dynamic_buffer(received), '\n'));
-  asio::read_until(socket, asio::dynamic_buffer(received), '\n');
-  return json::parse(received);
-}
-
-TEST(TheClient, IsRefusedWithAWrongTokenAndSaysSo) {
-  LiveCell cell;
-  cell.start_daemon();
-  std::filesystem::remove(cell.token_file());
-  const TempFolder other;
-  const std::string wrong = other.write("token", "another-token-of-some-length\n");
-  const Finished refused = run_program(
-      "truepose",
-      {"status", "--daemon", "127.0.0.1:" + std::to_string(cell.control_port()), "--token-file", wrong});
-  expect_one_line(refused, 2);
-  EXPECT_THAT(refused.err, HasSubstr("wrong token"));
-}
-
-TEST(TheClient, NeedsNoTokenOverTheControlSocket) {
-  LiveCell cell;
-  cell.start_daemon();
-  const Finished told = run_program("truepose", {"status", "--daemon", cell.folder() / "run/control.sock"});
-  EXPECT_EQ(told.exit_code, 0) << told.err;
-}
-
-TEST(TheClient, MayDoWhatItsRoleMayOnceItWasAddedToTheRunningDaemon) {
-  LiveCell cell;
-  cell.start_daemon();
-  const Finished added =
-      run_program("truepose", {"access", "add", "Anna", "--role", "viewer", "--cell", cell.cell_file()});
-  ASSERT_EQ(added.exit_code, 0) << added.err;
-  std::filesystem::remove(cell.token_file());
-  cell.write_token(added.out);
-  EXPECT_EQ(cell.truepose({"status"}).exit_code, 0);
-  const Finished refused = cell.truepose({"acknowledge"});
-  expect_one_line(refused, 1);
-  EXPECT_THAT(refused.err, HasSubstr("cell.acknowledge needs the role operator; Anna is viewer"));
-}
-
-TEST(TheClient, SaysWhereNoDaemonRuns) {
-  LiveCell cell;
-  cell.start_daemon();
-  cell.daemon().terminate();
-  EXPECT_EQ(cell.daemon().wait(), 0);
-  const Finished refused = cell.truepose({"status"});
-  expect_one_line(refused, 3);
-  EXPECT_THAT(refused.err,
-              AllOf(HasSubstr("127.0.0.1:" + std::to_string(cell.control_port())), HasSubstr("running?")));
-}
-
-TEST(TheDaemon, ServesNobodyWithoutTheRightToken) {
-  LiveCell cell;
-  cell.start_daemon();
-  for (
-      const char* request :
-      {R"({"jsonrpc": "2.0", "id": 1, "method": "session.hello", "params": {"protocol": 1, "token": "wrong"}})",
-       R"({"jsonrpc": "2.0", "id": 1, "method": "cell.status"})"}) {
-    const json::value refused = answer(cell.control_port(), request);
-    EXPECT_EQ(refused.at_pointer("/error/code"), -32001);
-    EXPECT_EQ(refused.at("id"), 1);
-  }
 }
 
 TEST(TheDaemon, NamesWhoHoldsItsControlPort) {
@@ -219,15 +142,6 @@ TEST(TheDaemon, RefusesAnUnknownKeyAndSaysWhereItStands) {
   const Finished refused = run_daemon(cell);
   expect_one_line(refused, 2);
   EXPECT_THAT(refused.err, AllOf(testing::ContainsRegex("cell.yaml:[0-9]+"), HasSubstr("ramp_m")));
-}
-
-TEST(TheDaemon, RefusesAnArmWhoseControllerNamesAnother) {
-  LiveCell cell{{.scenario = {{"#KR210R2700_2 C4 FLR", "#KR16R1610 C4 FLR"}}}};
-  cell.start_daemon();
-  const Finished refused = cell.truepose({"connect"});
-  expect_one_line(refused, 3);
-  EXPECT_THAT(refused.err, AllOf(HasSubstr("wrong arm"), HasSubstr("#KR16R1610"), HasSubstr("KR210R2700_2")));
-  EXPECT_EQ(json::parse(cell.truepose({"status", "--json"}).out).at("state"), "fault");
 }
 
 TEST(TheDaemon, RefusesBadUsageInOneLineAndHelps) {

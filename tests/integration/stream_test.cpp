@@ -71,7 +71,8 @@ void stall(const Process& program, int cycles) {
 /// A cell with a model that a campaign over the real protocols has made.
 class AStreamOverTheRealProtocols : public testing::Test {
  protected:
-  explicit AStreamOverTheRealProtocols(const LiveCell::Options& options = {}) : cell{options} {}
+  explicit AStreamOverTheRealProtocols(const LiveCell::Options& options = {.speedup = 1000})
+      : cell{options} {}
   void SetUp() override {
     cell.start_daemon();
     const Finished campaign = small_campaign(cell);
@@ -89,7 +90,7 @@ class AStreamOverTheRealProtocols : public testing::Test {
 /// A stream that runs, and a client that is told of it.
 class AStreamUnderWay : public AStreamOverTheRealProtocols {
  protected:
-  AStreamUnderWay() : AStreamOverTheRealProtocols{{.patient = true}} {}
+  AStreamUnderWay() : AStreamOverTheRealProtocols{{.speedup = 1000, .patient = true}} {}
   void SetUp() override {
     ASSERT_NO_FATAL_FAILURE(AStreamOverTheRealProtocols::SetUp());
     client.emplace(cell.client());

@@ -31,7 +31,8 @@ const Eigen::Matrix4d kX_WB = plain::kuka_frame({3387.4, 452.8, -1251.6}, {164.8
 
 class AToolCampaignOverTheRealProtocols : public testing::Test {
  protected:
-  AToolCampaignOverTheRealProtocols() { cell_.start_daemon(); }
+  AToolCampaignOverTheRealProtocols()
+      : AToolCampaignOverTheRealProtocols(LiveCell::Options{.speedup = 1000}) {}
   explicit AToolCampaignOverTheRealProtocols(const LiveCell::Options& options) : cell_{options} {
     cell_.start_daemon();
   }
@@ -138,30 +139,12 @@ TEST_F(AToolCampaignOverTheRealProtocols, FindsTheTcpAndSaysOfItWhatTheCommandSa
   EXPECT_THAT(run({"tools", "list"}).out, HasSubstr("campaign " + id));
 }
 
-TEST_F(AToolCampaignOverTheRealProtocols, AsksForTheReflectorAtEachPointOfTheTool) {
-  calibrate("14");
-  put_reflector_at({0, 0, 0});
-  const Finished started =
-      run({"campaign", "start", "--tool", "5", "--points", "origin,x,xy", "--tool-poses", "4"});
-  ASSERT_EQ(started.exit_code, 0) << started.err;
-  wait_until("put the reflector at point \\\"x\\\" of tool 5");
-  put_reflector_at({110, 0, 0});
-  ASSERT_EQ(run({"campaign", "resume"}).exit_code, 0);
-  wait_until("put the reflector at point \\\"xy\\\" of tool 5");
-  put_reflector_at({-15, 90, 0});
-  ASSERT_EQ(run({"campaign", "resume"}).exit_code, 0);
-  wait_until("\"state\":\"ready\"");
-  ASSERT_EQ(run({"campaign", "export", "--frame", path("gun.yaml")}).exit_code, 0);
-  const config::ToolFile tool = config::load_tool(path("gun.yaml"), config::load_robot(kRobot));
-  EXPECT_LT(plain::mm_between(tool.X_told.matrix(), X_FT_), 1) << "as turned as the model has its flange";
-  EXPECT_LT(plain::rad_between(tool.X_told.matrix(), X_FT_), 0.01);
-}
-
 /// A fixture beside the arm, with a reflector at each of three points.
 class AFixtureOverTheRealProtocols : public AToolCampaignOverTheRealProtocols {
  protected:
   AFixtureOverTheRealProtocols()
       : AToolCampaignOverTheRealProtocols(LiveCell::Options{
+            .speedup = 1000,
             .scenario = {
                 {"  reflector: CCR-1.5in ",
                  "  nests_mm: [{x: 1900, y: 300, z: -700}, {x: 2200, y: 300, z: -700}, {x: 1900, y: 700, "

@@ -23,6 +23,7 @@ const std::string kOfCell = "  beam_radius_mm: 25 ";
 /// point.
 LiveCell::Options odd_tracker() {
   return {
+      .speedup = 1000,
       .faults = "[{at_point: 40, kind: tracker-bump, by_mm: {x: 0.2, y: 0.3, z: 0}}]",
       .scenario = {{kOfScenario,
                     kOfScenario + "\n  weather_station: false\n  true_air: " + kThinAir +

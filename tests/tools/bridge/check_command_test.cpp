@@ -15,7 +15,7 @@ TEST(BridgeCheckCommand, TellsWhatTheSimulatedBridgeKeepsAndEndsOne) {
   const auto ready = folder.path() / "ready.json";
   SimulatorProcess simulator{folder,
                              {"--scenario", TRUEPOSE_SOURCE_DIR "/config/scenarios/demo.yaml", "--rsi-target",
-                              "127.0.0.1:9", "--bridge-port", "0", "--ready-file", ready}};
+                              "127.0.0.1:9", "--bridge-port", "0", "--speedup", "20", "--ready-file", ready}};
   const std::string ports = simulator.ready(ready);
   ASSERT_FALSE(ports.empty()) << simulator.errors();
   const auto port = boost::json::parse(ports).at("bridge_port").as_int64();
