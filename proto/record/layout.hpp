@@ -293,6 +293,9 @@ class ReadIo {
       if (T::SizeAtCompileTime != Eigen::Dynamic && size != T::SizeAtCompileTime)
         place.fail("expected " + std::to_string(T::SizeAtCompileTime) + " numbers, found " +
                    std::to_string(size));
+      if (T::MaxSizeAtCompileTime != Eigen::Dynamic && size > T::MaxSizeAtCompileTime)
+        place.fail("expected at most " + std::to_string(T::MaxSizeAtCompileTime) + " numbers, found " +
+                   std::to_string(size));
       x = Eigen::Map<const Eigen::VectorXd>(numbers.data(), size);
     } else if constexpr (std::same_as<T, bool>) {
       x = place.boolean();

@@ -255,6 +255,14 @@ TEST(ModelFile, IsRefusedWhereItDoesNotReproduceItsOwnValidationError) {
   }
 }
 
+TEST(ModelFile, RefusesAValidationPointWithMoreJointsThanAnArmMayHave) {
+  std::string text = model_yaml(validated_model());
+  const std::size_t joints = text.find("q: [", text.find("validation:")) + 4;
+  text.replace(joints, text.find(']', joints) - joints, "0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0");
+  const std::string error = error_of([&] { parse_model(text, "m.yaml"); }, "");
+  EXPECT_NE(error.find("validation[0].q: expected at most 16 numbers, found 17"), std::string::npos) << error;
+}
+
 TEST(ModelFile, IsRefusedWhereItsTextIsNotTheOneThatWasWritten) {
   std::string text = model_yaml(validated_model());
   text.replace(text.find("0.2"), 3, "0.3");

@@ -124,7 +124,7 @@ DRIVER_BUGS = {
 # A test program, which of its tests, and what they are to find.
 LINKED = [
     ("daemon_test", "*DisturbedWire*", WIRE_BUGS),
-    ("daemon_recorder_test", "*GivesEveryMisbehaviour*", DRIVER_BUGS),
+    ("daemon_stream_test", "*GivesEveryMisbehaviour*", DRIVER_BUGS),
 ]
 OF_THE_STREAM = sorted(file.stem for file in (TREE / "daemon/realtime").glob("*.cpp"))
 OF_THE_TEST = ["stream_history_test", "stream_cell", "robot_program", "plant"]
