@@ -260,7 +260,7 @@ TEST(ModelFile, RefusesAValidationPointWithMoreJointsThanAnArmMayHave) {
   const std::size_t joints = text.find("q: [", text.find("validation:")) + 4;
   text.replace(joints, text.find(']', joints) - joints, "0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0");
   const std::string error = error_of([&] { parse_model(text, "m.yaml"); }, "");
-  EXPECT_NE(error.find("validation[0].q: expected at most 16 numbers, found 17"), std::string::npos) << error;
+  EXPECT_NE(error.find("validation[1].q: expected at most 16 numbers, found 17"), std::string::npos) << error;
 }
 
 TEST(ModelFile, IsRefusedWhereItsTextIsNotTheOneThatWasWritten) {
