@@ -5,14 +5,16 @@
 #include <cmath>
 
 #include "config/csv_reader.hpp"
-#include "config/document_kind.hpp"
 #include "config/frame_layout.hpp"
 #include "config/lower_triangle.hpp"
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
+#include "config/sealed_text.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
+#include "core/formatted.hpp"
+#include "core/identify/work_frame.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose::config {
@@ -20,9 +22,15 @@ namespace truepose::config {
 void layout(auto& io, Is<ToolFile> auto& x) {
   io("number", x.number, kFrameNumber);
   io("arm", x.arm);
+  io.optional("serial", x.serial);
   io("frame", x.X_told, KukaPose{});
   io("points", x.data.points);
   io("readings", x.data.readings);
+}
+
+void layout(auto& io, Is<FrameReadings> auto& x) {
+  io("points", x.points);
+  io("readings", x.readings);
 }
 
 void layout(auto& io, Is<BaseFile> auto& x) {
@@ -31,6 +39,8 @@ void layout(auto& io, Is<BaseFile> auto& x) {
   io("model", x.model, MayBeEmpty{});
   io("frame", x.X, KukaPose{});
   io.optional("covariance", x.covariance, LowerTriangle{6});
+  io.optional("touched_by", x.touched_by_mm, Xyz{kMm});
+  io("measured", x.data);
 }
 
 namespace {
@@ -77,16 +87,35 @@ std::size_t point_of(const CsvTable& table, std::size_t row, const VectorColumns
 
 /// What the document says of the named arm.
 template <class Record>
-Record record_of(const std::string& arm, const char* what, DocumentKind kind, const YamlValue& yaml) {
-  expect_kind(yaml, kind);
+Record record_of(const std::string& arm, const std::string& what, const YamlValue& yaml) {
   Record record;
   read_value(yaml, record);
-  if (record.arm != arm)
-    yaml.fail("the " + std::string{what} + " of '" + record.arm + "', but the arm is '" + arm + "'");
+  if (record.arm != arm) yaml.fail("the " + what + " of '" + record.arm + "', but the arm is '" + arm + "'");
   return record;
 }
 
 double rounded(double value, double digits) { return std::round(value * digits) / digits; }
+
+/// How far a frame in a file may be from the one that its readings give.
+struct FrameLimit {
+  double mm, deg;
+};
+
+/// One model of an arm against another.
+constexpr FrameLimit kOfAnotherModel{2, 0.2};
+/// The same model; a noise that was stated otherwise weighs the readings a little differently.
+constexpr FrameLimit kOfTheSameModel{0.1, 0.01};
+
+/// Why the frame in a file is not the one that its readings give; empty: it is.
+std::string other_frame(const Eigen::Isometry3d& in_file, const Eigen::Isometry3d& by_readings,
+                        FrameLimit limit) {
+  const double mm = (in_file.translation() - by_readings.translation()).norm();
+  const double deg = angle_between(in_file.linear(), by_readings.linear()) * kDegPerRad;
+  if (mm <= limit.mm && deg <= limit.deg) return {};
+  return formatted(
+      "its readings give a frame that is %.3f mm and %.4f deg from the one in it (limit %g mm, %g deg)", mm,
+      deg, limit.mm, limit.deg);
+}
 
 }  // namespace
 
@@ -156,46 +185,77 @@ Eigen::Isometry3d as_told(const Eigen::Isometry3d& X) {
 }
 
 std::string tool_yaml(const ToolFile& tool) {
-  return "# A tool that was measured. frame: what the controller has in TOOL_DATA, mm and deg; readings: mm and "
-         "rad.\n" +
-         yaml_of(tool);
+  return sealed(
+      "# A tool that was measured. frame: what the controller has in TOOL_DATA, mm and deg; readings: mm and "
+      "rad.\n" +
+      yaml_of(tool));
 }
 
 namespace {
 
-ToolFile tool_in(const YamlValue& yaml, const RobotModel& robot) {
-  ToolFile tool = record_of<ToolFile>(robot.name, "tool", DocumentKind::Tool, yaml);
+/// @param joints  of the arm that each reading tells; 0: the arm has no part in them
+void expect_readings(const FrameReadings& data, int joints, const YamlValue& yaml) {
   const auto unfit = [&](const FrameReading& reading) {
-    return reading.point >= tool.data.points.size() || reading.q.size() != robot.joint_count();
+    return reading.point >= data.points.size() ||
+           (joints > 0 ? reading.q.size() != joints : !reading.p_WS_mm.has_value());
   };
-  if (tool.data.readings.empty() || std::ranges::any_of(tool.data.readings, unfit))
-    yaml.fail("readings: expected some, each of one of the points and of " +
-              std::to_string(robot.joint_count()) + " joints");
+  if (data.readings.empty() || std::ranges::any_of(data.readings, unfit))
+    yaml.fail("readings: expected some, each of one of the points and " +
+              (joints > 0 ? "of " + std::to_string(joints) + " joints" : std::string{"seen by the tracker"}));
+}
+
+ToolFile tool_in(const std::string& text, const std::string& name, const RobotModel& robot) {
+  const YamlValue yaml =
+      parse_sealed(text, name, DocumentKind::Tool, "run `truepose tool` on its readings again");
+  ToolFile tool = record_of<ToolFile>(robot.name, "tool", yaml);
+  expect_readings(tool.data, robot.joint_count(), yaml);
   return tool;
 }
 
 }  // namespace
 
 ToolFile load_tool(const std::filesystem::path& file, const RobotModel& robot) {
-  return tool_in(read_yaml(file), robot);
+  return tool_in(read_text_file(file, kMostBytesOfYaml), file.string(), robot);
 }
 
 ToolFile parse_tool(const std::string& text, const std::string& name, const RobotModel& robot) {
-  return tool_in(parse_yaml(text, name), robot);
+  return tool_in(text, name, robot);
 }
 
 std::string base_yaml(const BaseFile& base) {
-  return "# A work frame that was measured. frame: for BASE_DATA, mm and deg; model: when the model was made that "
-         "it holds for; covariance: of its origin (mm) and of a small turn (rad) about the robot's axes.\n" +
-         yaml_of(base);
+  return sealed(
+      "# A work frame that was measured. frame: for BASE_DATA, mm and deg; model: when the model was made that "
+      "it holds for; covariance: of its origin (mm) and of a small turn (rad) about the robot's axes; "
+      "touched_by: where the TCP that touched is on the flange, mm; measured: mm and rad.\n" +
+      yaml_of(base));
 }
 
+namespace {
+
+/// Of a model that states no noise: readings of all kinds weigh alike.
+MeasuringCell measuring_cell_or_plain(const ModelFile& model) {
+  return measuring_cell(model).value_or(MeasuringCell{model.cell, {}, {.repeatability_mm = 1}});
+}
+
+/// What the base's readings say under its model.
+std::expected<MeasuredFrame, std::string> base_under(const MeasuringCell& by, const BaseFile& base) {
+  return work_frame(base.data, by, {base.touched_by_mm.value_or(Eigen::Vector3d(0, 0, 0)), nullptr});
+}
+
+}  // namespace
+
 BaseFile load_base(const std::filesystem::path& file, const ModelFile& model) {
-  const YamlValue yaml = read_yaml(file);
-  BaseFile base = record_of<BaseFile>(model.name, "base", DocumentKind::Base, yaml);
+  const YamlValue yaml = parse_sealed(read_text_file(file, kMostBytesOfYaml), file.string(),
+                                      DocumentKind::Base, "run `truepose base` on its readings again");
+  BaseFile base = record_of<BaseFile>(model.name, "base", yaml);
   if (base.model != model.created)
     yaml.fail("measured under the model of " + base.model + ", not of " + model.created +
               ": run `truepose base` with this model again");
+  expect_readings(base.data, base.touched_by_mm ? model.cell.robot.joint_count() : 0, yaml);
+  const auto measured = base_under(measuring_cell_or_plain(model), base);
+  if (!measured) yaml.fail(measured.error());
+  if (const std::string other = other_frame(base.X, measured->X, kOfTheSameModel); !other.empty())
+    yaml.fail(other + "; run `truepose base` again");
   return base;
 }
 
@@ -208,11 +268,14 @@ std::optional<MeasuringCell> measuring_cell(const ModelFile& model,
 
 std::expected<MeasuredFrame, std::string> tool_under(const MeasuringCell& by, const ToolFile& tool) {
   auto measured = tool_frame(tool.data, by, tool.X_told.linear());
-  if (measured && !measured->is_sound())
+  if (!measured) return measured;
+  if (!measured->is_sound())
     return std::unexpected(std::string{measured->doubtful.empty() && !measured->is_contradictory()
                                            ? "its readings have base or tracker elsewhere than this model"
                                            : "its readings contradict each other under this model"} +
                            "; measure the tool again");
+  if (const std::string other = other_frame(tool.X_told, measured->X, kOfAnotherModel); !other.empty())
+    return std::unexpected(other + "; measure the tool again");
   return measured;
 }
 

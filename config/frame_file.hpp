@@ -19,6 +19,7 @@ struct ModelFile;
 struct ToolFile {
   int number = 1;                                            ///< of TOOL_DATA
   std::string arm;                                           ///< name of the nominal robot
+  std::string serial{};                                      ///< of the arm; empty: not known
   Eigen::Isometry3d X_told = Eigen::Isometry3d::Identity();  ///< what the controller has in TOOL_DATA
   FrameReadings data;
 };
@@ -29,7 +30,10 @@ struct BaseFile {
   std::string arm;    ///< name of the nominal robot
   std::string model;  ///< when the model was made that it holds for, RFC 3339
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  std::optional<PoseCovariance> covariance;  ///< none in files of version 0.1.0 and before
+  std::optional<PoseCovariance> covariance{};
+  FrameReadings data{};
+  /// Where the TCP that touched the points is on the flange; none: the tracker read them.
+  std::optional<Eigen::Vector3d> touched_by_mm{};
 };
 
 /// A point of a tool or a fixture that is to be measured.
@@ -57,20 +61,24 @@ void write_frame_readings(std::ostream& out, const FrameReadings& data, const Ro
 /// The frame in the digits in which KUKA's numbers are told: 0.1 um and 0.00001 deg.
 Eigen::Isometry3d as_told(const Eigen::Isometry3d& X);
 
+/// Text of such a file, with its hash (sealed()).
 std::string tool_yaml(const ToolFile& tool);
+/// Refuses one of another arm, or whose text is not the one that was written. Throws ConfigError.
 ToolFile load_tool(const std::filesystem::path& file, const RobotModel& robot);
 /// The same from a text. @param name  of it, in messages
 ToolFile parse_tool(const std::string& text, const std::string& name, const RobotModel& robot);
 std::string base_yaml(const BaseFile& base);
-/// Refuses one of another arm, or measured under another model.
+/// Refuses one of another arm, measured under another model, or whose readings give another frame. Throws
+/// ConfigError.
 BaseFile load_base(const std::filesystem::path& file, const ModelFile& model);
 
 /// By what frames are measured with a model. Nothing where neither it nor the caller tells the noise.
 std::optional<MeasuringCell> measuring_cell(const ModelFile& model,
                                             const std::optional<MeasurementNoise>& stated = {});
 
-/// What the tool's readings say under a model. Errors: those of tool_frame(), and readings that contradict
-/// each other.
+/// What the tool's readings say under a model. Errors: those of tool_frame(), readings that contradict each
+/// other, and readings that give another frame than the one in the file: by more than 2 mm or 0.2 deg, which
+/// two models of an arm do not differ by.
 std::expected<MeasuredFrame, std::string> tool_under(const MeasuringCell& by, const ToolFile& tool);
 
 }  // namespace truepose::config

@@ -6,6 +6,7 @@
 
 #include "config/document_kind.hpp"
 #include "config/lower_triangle.hpp"
+#include "config/sealed_text.hpp"
 #include "config/text_file.hpp"
 #include "config/yaml_layout.hpp"
 #include "core/arm/guide.hpp"
@@ -16,7 +17,6 @@
 #include "core/judge/model_noise.hpp"
 #include "core/math/statistics.hpp"
 #include "core/math/units.hpp"
-#include "proto/text/digest.hpp"
 
 namespace truepose::config {
 
@@ -373,20 +373,13 @@ std::optional<std::string> other_nominal(const RobotModel& nominal, const ModelF
   return "it was identified from another robot file, " + *other;
 }
 
-namespace {
-
-constexpr std::string_view kHashKey = "sha256: ";
-
-}  // namespace
-
 std::string model_yaml(const ModelFile& model) {
   ModelFile content = model;
   content.sha256.clear();
-  const std::string text =
+  return sealed(
       "# A calibrated arm. mm, rad and kg; R = Rz(rz) Ry(ry) Rx(rx); flange: three rows of four; joints "
       "count from 1.\n" +
-      yaml_of(content);
-  return text + std::string{kHashKey} + text::sha256_hex(text) + "\n";
+      yaml_of(content));
 }
 
 ModelFile parse_model(const std::string& text, const std::string& file_name) {
@@ -394,20 +387,19 @@ ModelFile parse_model(const std::string& text, const std::string& file_name) {
   const YamlValue yaml = parse_yaml(text, file_name);
   expect_kind(yaml, DocumentKind::Model);
   read_value(yaml, model);
-  const std::size_t content = text.rfind(kHashKey);
-  if (!model.sha256.empty() && model.sha256 != text::sha256_hex(std::string_view{text}.substr(0, content)))
-    throw ConfigError(
-        file_name +
-        ": its content is not what was written (another SHA-256): take the file as it was made, or "
-        "identify again");
+  if (!model.sha256.empty()) check_seal(text, file_name, "identify again");
+  return model;
+}
+
+ModelFile parse_checked_model(const std::string& text, const std::string& file_name) {
+  ModelFile model = parse_model(text, file_name);
+  if (const auto why = other_error(model.cell, model.validation, model.validation_mean_mm))
+    throw ConfigError(file_name + ": the model is refused: " + *why + "; identify again");
   return model;
 }
 
 ModelFile load_model(const std::filesystem::path& file) {
-  ModelFile model = parse_model(read_text_file(file, kMostBytesOfYaml), file.string());
-  if (const auto why = other_error(model.cell, model.validation, model.validation_mean_mm))
-    throw ConfigError(file.string() + ": the model is refused: " + *why + "; identify again");
-  return model;
+  return parse_checked_model(read_text_file(file, kMostBytesOfYaml), file.string());
 }
 
 }  // namespace truepose::config

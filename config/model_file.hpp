@@ -88,7 +88,9 @@ std::string model_yaml(const ModelFile& model);
 /// Reads such a text; `file_name` stands in the messages. Throws ConfigError, also where the hash is
 /// another's.
 ModelFile parse_model(const std::string& text, const std::string& file_name);
-/// The same of a file. Throws ConfigError, also where the model does not reproduce its own validation error.
+/// The same, and throws where the model does not reproduce its own validation error.
+ModelFile parse_checked_model(const std::string& text, const std::string& file_name);
+/// The same of a file.
 ModelFile load_model(const std::filesystem::path& file);
 
 }  // namespace truepose::config

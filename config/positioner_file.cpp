@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "config/document_kind.hpp"
 #include "config/frame_layout.hpp"
-#include "config/yaml_reader.hpp"
+#include "config/sealed_text.hpp"
 
 namespace truepose::config {
 
@@ -38,12 +37,12 @@ std::string positioner_yaml(const PositionerFile& positioner) {
       yaml_of(PositionerText{positioner, ""}) + kTableKey;
   std::istringstream lines{model_yaml(positioner.table)};
   for (std::string line; std::getline(lines, line);) text += "  " + line + "\n";
-  return text;
+  return sealed(text);
 }
 
 PositionerFile load_positioner(const std::filesystem::path& file, const ModelFile& model) {
-  const YamlValue yaml = read_yaml(file);
-  expect_kind(yaml, DocumentKind::Positioner);
+  const YamlValue yaml = parse_sealed(read_text_file(file, kMostBytesOfYaml), file.string(),
+                                      DocumentKind::Positioner, "run `truepose positioner` again");
   PositionerText text;
   read_value(yaml, text);
   PositionerFile& positioner = text.of;
@@ -53,7 +52,7 @@ PositionerFile load_positioner(const std::filesystem::path& file, const ModelFil
     yaml.fail("measured under the model of " + positioner.model + ", not of " + model.created +
               ": run `truepose positioner` with this model again");
   if (text.table.empty()) yaml.fail("missing key 'table'");
-  positioner.table = parse_model(text.table, file.string() + ": table");
+  positioner.table = parse_checked_model(text.table, file.string() + ": table");
   const FrameReadings& workpiece = positioner.workpiece;
   const auto unfit = [&](const FrameReading& reading) {
     return reading.point >= workpiece.points.size() || !reading.p_WS_mm ||

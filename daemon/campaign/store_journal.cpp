@@ -201,12 +201,13 @@ json::object drift_document_of(const DriftResult& drift, std::span<const Measure
 }
 
 /// With the file of the tool, where nothing speaks against using it.
-record::FrameDocument tool_document_of(const ToolResult& tool, const RobotModel& robot) {
+record::FrameDocument tool_document_of(const ToolResult& tool, const RobotModel& robot,
+                                       const std::string& serial) {
   const Eigen::Isometry3d X_told = config::as_told(tool.frame.X);
   record::FrameDocument document = record::frame_document_of(record::FrameKind::Tool, tool.order.number,
                                                              tool.data, tool.frame, X_told, tool.order.by);
   if (tool.frame.is_sound())
-    document.yaml = config::tool_yaml({tool.order.number, robot.name, X_told, tool.data});
+    document.yaml = config::tool_yaml({tool.order.number, robot.name, serial, X_told, tool.data});
   return document;
 }
 
@@ -215,16 +216,19 @@ record::FrameDocument base_document_of(const BaseResult& base, const RobotModel&
   record::FrameDocument document = record::frame_document_of(record::FrameKind::Base, base.order.number,
                                                              base.data, base.frame, X_told, base.order.by);
   if (base.order.touch) document.touched_by = base.order.touch->tool.number;
-  if (base.frame.is_sound())
-    document.yaml = config::base_yaml(
-        {base.order.number, robot.name, base.order.model_made, X_told, base.frame.covariance});
+  if (base.frame.is_sound()) {
+    config::BaseFile file{base.order.number,     robot.name, base.order.model_made, X_told,
+                          base.frame.covariance, base.data};
+    if (base.order.touch) file.touched_by_mm = base.order.touch->measured.X.translation();
+    document.yaml = config::base_yaml(file);
+  }
   return document;
 }
 
 /// Of a campaign that measured a tool or a base.
 std::optional<record::FrameDocument> frame_document_of(const CampaignFindings& findings,
-                                                       const RobotModel& robot) {
-  if (const auto* tool = std::get_if<ToolResult>(&findings)) return tool_document_of(*tool, robot);
+                                                       const RobotModel& robot, const std::string& serial) {
+  if (const auto* tool = std::get_if<ToolResult>(&findings)) return tool_document_of(*tool, robot, serial);
   if (const auto* base = std::get_if<BaseResult>(&findings)) return base_document_of(*base, robot);
   return std::nullopt;
 }
@@ -239,7 +243,7 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
     return control::json_text(targets_document(*targets, config.robot.model));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
     return control::json_text(iso9283_document_of(*test));
-  if (const auto frame = frame_document_of(result.findings, config.robot.model))
+  if (const auto frame = frame_document_of(result.findings, config.robot.model, record.robot_serial))
     return control::json_text(record::frame_document(*frame));
   return control::json_text(calibration_document_of(result, record, of));
 }
@@ -367,7 +371,8 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
   const bool activate = sound && options_.activate;
   if (calibrated && options_.activate && !activate) record_.reason = why_not_activated(calibrated->verdict);
   if (const auto frame =
-          result ? frame_document_of(result->findings, options_.config.robot.model) : std::nullopt) {
+          result ? frame_document_of(result->findings, options_.config.robot.model, record_.robot_serial)
+                 : std::nullopt) {
     const std::string why = record::why_not_usable(*frame);
     if (!why.empty()) record_.reason = "the frame cannot be used: " + why;
   }

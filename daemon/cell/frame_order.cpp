@@ -38,7 +38,10 @@ const Row* row_of(const std::optional<std::vector<Row>>& rows, std::size_t point
 
 /// The tool of this number, to touch with; none, which is told to `read`, where it was not measured.
 std::optional<TouchOrder> touch_order(int number, control::ParamReader& read, const ToolService& tools) {
-  if (const std::string other = tools.other_arm(number); !other.empty()) read.fail("touch", other);
+  if (const std::string refused = tools.refusal(number); !refused.empty()) {
+    read.fail("touch", refused);
+    return std::nullopt;
+  }
   if (const config::ToolFile* known = tools.of(number)) return TouchOrder{*known, {}};
   const std::string tool = std::to_string(number);
   read.fail("touch", "no tool " + tool + " is in use: measure it (truepose campaign start --tool " + tool +

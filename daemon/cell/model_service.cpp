@@ -164,9 +164,9 @@ std::expected<const ModelService::Active*, RpcError> ModelService::needed_for_dr
 
 std::expected<const ModelService::Active*, RpcError> ModelService::needed_to_correct() const {
   const auto active = needed();
-  const std::string other = active ? tools_.other_arm() : "";
-  if (other.empty()) return active;
-  return std::unexpected(runner_.wrong_state(other + "; allowed: tool.activate, tool.deactivate",
+  const std::string refused = active ? tools_.refusal() : "";
+  if (refused.empty()) return active;
+  return std::unexpected(runner_.wrong_state(refused + "; allowed: tool.activate, tool.deactivate",
                                              {"tool.activate", "tool.deactivate"}));
 }
 

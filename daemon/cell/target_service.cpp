@@ -107,7 +107,9 @@ MethodReply TargetService::compensate(json::object params) {
   // A copy: while this waits for the model another may come into use.
   const std::optional<config::ToolFile> tool = known ? std::optional{*known} : std::nullopt;
   const LinkMass* load = config::load_of(parts_.config, named);
-  if (named && !tool && !load)
+  const std::string refused = named ? models_.tools().refusal(*named) : "";
+  if (!refused.empty()) read.fail("tool", refused);
+  if (refused.empty() && named && !tool && !load)
     read.fail(
         "tool",
         "no tool of this number was measured and taken into use, and the cell file names no load of it");

@@ -1,12 +1,12 @@
 #include "daemon/cell/tool_service.hpp"
 
-#include <set>
 #include <utility>
 
 #include "config/frame_file.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/frame_document.hpp"
+#include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
 
@@ -23,7 +23,8 @@ std::vector<Method<ToolService>> ToolService::methods() {
 
 const config::ToolFile* ToolService::of(int number) const {
   const auto found = in_use_.find(number);
-  return found != in_use_.end() ? &found->second.file : config::tool_of(parts_.config, number);
+  if (found == in_use_.end()) return config::tool_of(parts_.config, number);
+  return found->second.file ? &*found->second.file : nullptr;
 }
 
 std::string ToolService::campaign_of(int number) const {
@@ -36,43 +37,77 @@ std::string ToolService::other_arm(const std::string& what, const std::string& s
   return serial.empty() ? "" : devices_.other_arm(what, serial);
 }
 
-std::string ToolService::other_arm(int number) const {
+std::string ToolService::refusal(int number) const {
+  const std::string what = "tool " + std::to_string(number);
   const auto found = in_use_.find(number);
-  if (found == in_use_.end()) return {};
-  return other_arm("tool " + std::to_string(number), found->second.robot_serial);
+  if (found != in_use_.end() && !found->second.file)
+    return what + " of campaign " + found->second.campaign_id + " is refused: " + found->second.file.error();
+  const config::ToolFile* const file = of(number);
+  return file ? other_arm(what, file->serial) : "";
 }
 
-std::string ToolService::other_arm() const {
-  for (const auto& [number, tool] : in_use_)
-    if (std::string other = other_arm(number); !other.empty()) return other;
+std::string ToolService::refusal() const {
+  for (const int number : numbers())
+    if (std::string why = refusal(number); !why.empty()) return why;
   return {};
 }
 
-std::expected<ToolService::InUse, std::string> ToolService::usable(const ToolInUse& stored) const {
-  const auto document = control::parse_json(stored.document);
+std::set<int> ToolService::numbers() const {
+  std::set<int> numbers;
+  for (const config::ToolFile& tool : parts_.config.tools) numbers.insert(tool.number);
+  for (const auto& [number, tool] : in_use_) numbers.insert(number);
+  return numbers;
+}
+
+std::expected<config::ToolFile, std::string> ToolService::measured_by(const CampaignRecord& campaign) const {
+  const std::string remedy = "; measure the tool again";
+  if (campaign.kind != "tool" || campaign.state != "done")
+    return std::unexpected("campaign " + campaign.id + " measured no tool, or is not done");
+  if (!campaign.document_sha256.empty() && campaign.document_sha256 != text::sha256_hex(campaign.document))
+    return std::unexpected("its document is not the one that was stored (another SHA-256)" + remedy);
+  const auto document = control::parse_json(campaign.document);
   if (!document) return std::unexpected("its document: " + document.error());
   const auto frame = record::read_frame_document(*document);
   if (!frame) return std::unexpected("its document: " + frame.error());
   if (frame->yaml.empty()) return std::unexpected(record::why_not_usable(*frame));
   try {
-    return InUse{stored.campaign_id, stored.measured, stored.robot_serial,
-                 config::parse_tool(frame->yaml, "its tool", parts_.config.robot.model)};
+    config::ToolFile tool = config::parse_tool(frame->yaml, "its tool", parts_.config.robot.model);
+    if (frame->number != tool.number || frame->krl != record::tool_statement(tool.number, tool.X_told))
+      return std::unexpected("its document is of another frame than its tool" + remedy);
+    if (tool.serial != campaign.robot_serial)
+      return std::unexpected("its tool is of arm '" + tool.serial + "', its campaign of arm '" +
+                             campaign.robot_serial + "'" + remedy);
+    return tool;
   } catch (const config::ConfigError& error) {
     return std::unexpected(std::string{error.what()});
   }
 }
 
 asio::awaitable<StoreResult<void>> ToolService::load() {
-  auto job = [this] { return parts_.store.tools_in_use(); };
+  struct Stored {
+    int number;
+    CampaignRecord campaign;
+  };
+  auto job = [this]() -> StoreResult<std::vector<Stored>> {
+    const auto in_use = parts_.store.tools_in_use();
+    if (!in_use) return std::unexpected(in_use.error());
+    std::vector<Stored> stored;
+    for (const ToolInUse& each : *in_use) {
+      auto campaign = parts_.store.campaign(each.campaign_id);
+      if (!campaign) return std::unexpected(campaign.error());
+      stored.push_back({each.number, campaign->value_or(CampaignRecord{.id = each.campaign_id})});
+    }
+    return stored;
+  };
   auto stored = co_await parts_.store_thread.ask(job);
   if (!stored) co_return std::unexpected(stored.error());
   in_use_.clear();
-  for (const ToolInUse& each : *stored) {
-    auto tool = usable(each);
-    if (tool) in_use_.emplace(each.number, *std::move(tool));
-    if (!tool)
-      log_error("tool " + std::to_string(each.number) + " of campaign " + each.campaign_id + ": " +
-                tool.error());
+  for (const auto& [number, campaign] : *stored) {
+    auto tool = measured_by(campaign);
+    if (tool && tool->number != number)
+      tool = std::unexpected("its campaign measured tool " + std::to_string(tool->number));
+    in_use_.emplace(number, InUse{campaign.id, campaign.ended, std::move(tool)});
+    if (const std::string why = refusal(number); !why.empty()) log_error(why);
   }
   co_return StoreResult<void>{};
 }
@@ -80,26 +115,20 @@ asio::awaitable<StoreResult<void>> ToolService::load() {
 json::object ToolService::json(int number) const {
   const auto found = in_use_.find(number);
   const bool measured = found != in_use_.end();
-  return {{"number", number},
-          {"krl", record::tool_statement(number, of(number)->X_told)},
-          {"campaign_id", measured ? json::value(found->second.campaign_id) : json::value{}},
-          {"measured", measured ? json::value(found->second.measured) : json::value{}}};
+  const config::ToolFile* const file = of(number);
+  json::object tool{{"number", number},
+                    {"krl", file ? json::value(record::tool_statement(number, file->X_told)) : json::value{}},
+                    {"campaign_id", measured ? json::value(found->second.campaign_id) : json::value{}},
+                    {"measured", measured ? json::value(found->second.measured) : json::value{}}};
+  if (const std::string why = refusal(number); !why.empty()) tool["refused"] = why;
+  return tool;
 }
 
 MethodReply ToolService::list(json::object params) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  std::set<int> numbers;
-  for (const config::ToolFile& tool : parts_.config.tools) numbers.insert(tool.number);
-  for (const auto& [number, tool] : in_use_) numbers.insert(number);
   json::array tools;
-  for (const int number : numbers) tools.push_back(json(number));
+  for (const int number : numbers()) tools.push_back(json(number));
   co_return json::object{{"tools", std::move(tools)}};
-}
-
-std::string ToolService::why_not(const CampaignRecord& record) const {
-  if (record.kind != "tool" || record.state != "done")
-    return "campaign " + record.id + " measured no tool, or is not done";
-  return other_arm("the tool", record.robot_serial);
 }
 
 MethodReply ToolService::activate(json::object params, std::string) {
@@ -110,15 +139,15 @@ MethodReply ToolService::activate(json::object params, std::string) {
   auto record = co_await parts_.store_thread.ask(find);
   if (!record) co_return std::unexpected(store_unusable(record.error()));
   if (!*record) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
-  if (const std::string why = why_not(**record); !why.empty())
-    co_return std::unexpected(runner_.wrong_state(why));
-  auto tool = usable({0, id, (*record)->ended, (*record)->robot_serial, (*record)->document});
+  if (const std::string other = other_arm("the tool", (*record)->robot_serial); !other.empty())
+    co_return std::unexpected(runner_.wrong_state(other));
+  auto tool = measured_by(**record);
   if (!tool) co_return std::unexpected(runner_.wrong_state("campaign " + id + ": " + tool.error()));
-  const int number = tool->file.number;
+  const int number = tool->number;
   auto use = [this, number, id] { return parts_.store.use_tool(number, id); };
   auto used = co_await parts_.store_thread.ask(use);
   if (!used) co_return std::unexpected(store_unusable(used.error()));
-  in_use_.insert_or_assign(number, *std::move(tool));
+  in_use_.insert_or_assign(number, InUse{id, (*record)->ended, *std::move(tool)});
   log_info("tool " + std::to_string(number) + " is the one that campaign " + id + " measured");
   changed_();
   co_return json(number);

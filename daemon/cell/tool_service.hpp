@@ -4,6 +4,7 @@
 #include <boost/json/object.hpp>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,29 +23,29 @@ class ToolService {
 
   /// Takes those in use from the store.
   boost::asio::awaitable<StoreResult<void>> load();
-  /// Null where none is known that has the number.
+  /// Null where none is known that has the number, or the one in use is refused.
   const config::ToolFile* of(int number) const;
   /// The campaign that measured it; empty: it is the cell file's.
   std::string campaign_of(int number) const;
-  /// That the one in use was measured on another arm than the one that is there, in one sentence; empty: it
-  /// was not, or nobody knows.
-  std::string other_arm(int number) const;
+  /// Why the tool in use is not to be worked with, in one sentence: its record is not the one that was
+  /// stored, or it was measured on another arm than the connected one. Empty: it may be.
+  std::string refusal(int number) const;
   /// The same of any in use.
-  std::string other_arm() const;
+  std::string refusal() const;
   /// Called when others are in use.
   void when_changed(std::function<void()> act) { changed_ = std::move(act); }
 
  private:
   struct InUse {
-    std::string campaign_id, measured, robot_serial;
-    config::ToolFile file;
+    std::string campaign_id, measured;
+    std::expected<config::ToolFile, std::string> file;  ///< or why it is refused
   };
 
   MethodReply list(boost::json::object params);
   MethodReply activate(boost::json::object params, std::string by);
   MethodReply deactivate(boost::json::object params, std::string by);
-  std::expected<InUse, std::string> usable(const ToolInUse& stored) const;
-  std::string why_not(const CampaignRecord& record) const;
+  std::set<int> numbers() const;
+  std::expected<config::ToolFile, std::string> measured_by(const CampaignRecord& campaign) const;
   std::string other_arm(const std::string& what, const std::string& serial) const;
   boost::json::object json(int number) const;
 

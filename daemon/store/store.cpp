@@ -43,10 +43,10 @@ bool finite(const StoredPoint& point) {
 /// Of a campaign, as campaign_of() takes them; without its document, which may be long.
 constexpr const char* kOutline =
     "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, "
-    "model_id, '', kind, started_by, note FROM campaign ";
+    "model_id, '', kind, started_by, note, document_sha256 FROM campaign ";
 constexpr const char* kWhole =
     "SELECT id, started, ended, state, reason, robot_model, robot_serial, tracker_model, tracker_serial, "
-    "model_id, document, kind, started_by, note FROM campaign ";
+    "model_id, document, kind, started_by, note, document_sha256 FROM campaign ";
 
 CampaignRecord campaign_of(const Statement& row) {
   return {.id = row.text(0),
@@ -61,6 +61,7 @@ CampaignRecord campaign_of(const Statement& row) {
           .tracker_serial = row.text(8),
           .model_id = row.text(9),
           .document = row.document(10),
+          .document_sha256 = row.text(14),
           .started_by = row.text(12),
           .note = row.text(13)};
 }
@@ -295,8 +296,9 @@ StoreResult<void> Store::end_campaign(const CampaignRecord& c, const std::option
   if (!known) return std::unexpected(in(operation, known.error()));
   if (!*known) return std::unexpected(in(operation, {"there is no such campaign"}));
   Statement update = impl_->database->prepare(
-      "UPDATE campaign SET ended=?, state=?, reason=?, model_id=?, document=? WHERE id=?");
-  update.bind(c.ended).bind(c.state).bind(c.reason).bind(c.model_id).bind(c.document).bind(c.id);
+      "UPDATE campaign SET ended=?, state=?, reason=?, model_id=?, document=?, document_sha256=? WHERE id=?");
+  update.bind(c.ended).bind(c.state).bind(c.reason).bind(c.model_id).bind(c.document);
+  update.bind(text::sha256_hex(c.document)).bind(c.id);
   std::vector<Statement> of_model;
   if (made) of_model.push_back(impl_->inserted(*made));
   if (made && made->active) {
@@ -468,13 +470,10 @@ StoreResult<void> Store::use_tool(int number, const std::string& campaign_id) {
 
 StoreResult<std::vector<ToolInUse>> Store::tools_in_use() {
   const auto tool_of = [](const Statement& row) {
-    return ToolInUse{static_cast<int>(row.integer(0)), row.text(1), row.text(2), row.text(3),
-                     row.document(4)};
+    return ToolInUse{static_cast<int>(row.integer(0)), row.text(1)};
   };
-  return all<ToolInUse>(
-      impl_->database->prepare("SELECT number, campaign_id, ended, robot_serial, document FROM tool "
-                               "JOIN campaign ON campaign.id=tool.campaign_id ORDER BY number"),
-      +tool_of);
+  return all<ToolInUse>(impl_->database->prepare("SELECT number, campaign_id FROM tool ORDER BY number"),
+                        +tool_of);
 }
 
 StoreResult<void> Store::keep_armed(const std::string& since) {

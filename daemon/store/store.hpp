@@ -79,6 +79,8 @@ struct CampaignRecord {
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
   std::string model_id;      ///< of the model that it made, or empty
   std::string document;      ///< the calibration document (JSON), or empty
+  /// Of the document, by the store when the campaign ended; empty: ended before documents carried it.
+  std::string document_sha256{};
   std::string started_by{};  ///< the name of who did; empty: not known
   std::string note{};        ///< his words for it, or empty
   std::string points_of{};   ///< the campaign whose points were identified anew; empty: its own
@@ -102,11 +104,8 @@ struct ModelRecord {
 
 /// A measured tool that is in force under its number.
 struct ToolInUse {
-  int number = 0;            ///< of TOOL_DATA
-  std::string campaign_id;   ///< that measured it
-  std::string measured;      ///< when that ended, RFC 3339
-  std::string robot_serial;  ///< of the arm that it was measured on; empty: not known
-  std::string document;      ///< of the campaign, with the tool's file (JSON)
+  int number = 0;           ///< of TOOL_DATA
+  std::string campaign_id;  ///< that measured it
 };
 
 class CampaignPlans;

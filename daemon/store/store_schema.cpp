@@ -242,6 +242,12 @@ ALTER TABLE new_point RENAME TO point;
 CREATE INDEX point_of_campaign ON point (campaign_id);
 )sql";
 
+// Documents carry what shows that they are still the ones that campaigns ended with: a tool is in one. Those
+// from before carry nothing, as models from before do.
+constexpr const char* kSchema12 = R"sql(
+ALTER TABLE campaign ADD COLUMN document_sha256 TEXT NOT NULL DEFAULT '';
+)sql";
+
 }  // namespace
 
 StoreResult<int> known_version(sqlite::Database& database, const std::string& file) {
@@ -279,6 +285,7 @@ StoreResult<void> migrate(sqlite::Database& database, const std::string& file) {
   if (*version < 9) steps += CampaignPlans::kSchema;
   if (*version < 10) steps += kSchema10;
   if (*version < 11) steps += kSchema11;
+  if (*version < 12) steps += kSchema12;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 

@@ -39,12 +39,18 @@ struct Document {
   std::string name, text;
 };
 
+/// A reading of a point.
+FrameReadings seen() {
+  return {{{kOrigin, Eigen::Vector3d(1234.5678, 2345.6789, 3456.7891)}},
+          {{.point = 0, .q = JointVector::Constant(6, 0.123456789), .p_WS_mm = Eigen::Vector3d(1, 2, 3)}}};
+}
+
 std::vector<Document> documents() {
   return {
       {"a robot file", read_text_file(kShipped / "robots/kr210_r2700_2.yaml")},
       {"a model", model_yaml(model())},
-      {"a tool of `truepose tool --out`", tool_yaml({.arm = "arm"})},
-      {"a base of `truepose base --out`", base_yaml({.arm = "arm"})},
+      {"a tool of `truepose tool --out`", tool_yaml({.arm = "arm", .data = seen()})},
+      {"a base of `truepose base --out`", base_yaml({.arm = "arm", .data = seen()})},
       {"a positioner of `truepose positioner --out`", positioner_yaml(positioner())},
       {"a cell file", read_text_file(kShipped / "cell.yaml")},
       {"a scenario of the simulator", read_text_file(kShipped / "scenarios/demo.yaml")},

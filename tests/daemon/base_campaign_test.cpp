@@ -93,6 +93,7 @@ struct TouchedBaseTest : BaseCampaignTest {
   TouchedBaseTest() {
     order.readings = 1;
     config::ToolFile tool{.number = 3, .arm = config.robot.model.name};
+    tool.X_told.translation() = kTcp_F_mm;
     tool.data = hand.tool_readings(10, truth.truth.X_WB, kTcp_F_mm);
     order.touch = TouchOrder{std::move(tool), {}};
     EXPECT_TRUE(use_model(order.by, model, order));

@@ -6,7 +6,10 @@
 #include <boost/json/value_to.hpp>
 
 #include "config/frame_file.hpp"
+#include "config/number_text.hpp"
+#include "config/sealed_text.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/text/digest.hpp"
 #include "tests/daemon/cell_fixture.hpp"
 
 namespace truepose::daemon {
@@ -40,6 +43,28 @@ struct ToolServiceTest : CellTest {
     return call("targets.compensate",
                 {{"poses", json::array(1, json::array{1500, 0, 1200, 0, 90, 0})}, {"tool", 3}})
         .value();
+  }
+
+  std::string document_of_tool() const {
+    return sqlite_rows(file, "SELECT document FROM campaign WHERE kind='tool'").at(0).at(0);
+  }
+  /// Puts another document in the place of the tool's; its hash stays.
+  void put_document(const std::string& text) const {
+    std::string quoted;
+    for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+    execute("UPDATE campaign SET document='" + quoted + "' WHERE kind='tool'");
+  }
+  /// The same with all hashes made anew, as only a program does that knows how.
+  void change_tool(const std::string& from, const std::string& to) const {
+    json::value document = json::parse(document_of_tool());
+    std::string yaml{document.at("yaml").as_string()};
+    const std::size_t at = yaml.find(from);
+    ASSERT_NE(at, std::string::npos) << yaml;
+    yaml.replace(at, from.size(), to);
+    document.as_object()["yaml"] = config::sealed(yaml.substr(0, yaml.rfind("sha256: ")));
+    const std::string text = json::serialize(document);
+    put_document(text);
+    execute("UPDATE campaign SET document_sha256='" + text::sha256_hex(text) + "' WHERE kind='tool'");
   }
 
   const Eigen::Vector3d kTcp_mm{-40, 110, 230};
@@ -99,6 +124,7 @@ TEST_F(ToolServiceTest, TheToolInForceIsTheOneThatWasTakenIntoUse) {
 
 TEST_F(ToolServiceTest, NothingIsCorrectedWhileAToolInUseIsOfAnotherArm) {
   ASSERT_TRUE(call("tool.activate", {{"id", measure()}}));
+  change_tool("serial: \"MOCK-0001", "serial: \"MOCK-0002");
   execute("UPDATE campaign SET robot_serial='MOCK-0002' WHERE kind='tool'");
   ASSERT_TRUE(finish(cell.load_tools())) << "as a daemon does that starts";
   const std::string other = "tool 3 belongs to arm MOCK-0002, not to MOCK-0001";
@@ -113,9 +139,73 @@ TEST_F(ToolServiceTest, NothingIsCorrectedWhileAToolInUseIsOfAnotherArm) {
 
 TEST_F(ToolServiceTest, AToolInUseOfWhichNobodyKnowsTheArmIsCorrected) {
   ASSERT_TRUE(call("tool.activate", {{"id", measure()}}));
+  change_tool("serial: \"MOCK-0001\"\n", "");
   execute("UPDATE campaign SET robot_serial='' WHERE kind='tool'");
   ASSERT_TRUE(finish(cell.load_tools()));
   EXPECT_TRUE(call("stream.arm"));
+}
+
+TEST_F(ToolServiceTest, AToolInUseWhoseRecordWasChangedIsRefusedAndNothingIsCorrected) {
+  const std::string id = measure();
+  ASSERT_TRUE(call("tool.activate", {{"id", id}}));
+  const std::string document = document_of_tool();
+  const std::string why = "tool 3 of campaign " + id + " is refused: ";
+  int changed = 0;
+  for (std::size_t i = 0; i < document.size(); ++i) {
+    if (!std::isdigit(static_cast<unsigned char>(document[i]))) continue;
+    std::string other = document;
+    other[i] = other[i] == '9' ? '0' : static_cast<char>(other[i] + 1);
+    put_document(other);
+    ASSERT_TRUE(finish(cell.load_tools()));
+    ASSERT_THAT(refused("stream.start"), HasSubstr(why + "its document is not the one that was stored"))
+        << "byte " << i;
+    ++changed;
+  }
+  EXPECT_GT(changed, 500);
+  EXPECT_THAT(refused("stream.arm"), HasSubstr("allowed: tool.activate, tool.deactivate"));
+  EXPECT_THAT(refused("targets.compensate", {{"poses", {{1500, 0, 1200, 0, 90, 0}}}, {"tool", 3}}),
+              HasSubstr(why));
+  EXPECT_THAT(refused("tool.activate", {{"id", id}}), HasSubstr("is not the one that was stored"));
+  const json::value listed = call("tool.list")->at_pointer("/tools/0");
+  EXPECT_TRUE(listed.at("krl").is_null()) << "nobody is to type it in";
+  EXPECT_THAT(std::string{listed.at("refused").as_string()}, HasSubstr(why));
+  put_document(document);
+  ASSERT_TRUE(finish(cell.load_tools()));
+  EXPECT_TRUE(call("stream.arm"));
+}
+
+TEST_F(ToolServiceTest, AToolInUseIsRefusedWhereItsCampaignIsNotTheOneThatMeasuredIt) {
+  ASSERT_TRUE(call("tool.activate", {{"id", measure()}}));
+  const auto refused_after = [this](const std::string& change, const std::string& back) {
+    execute(change);
+    EXPECT_TRUE(finish(cell.load_tools()));
+    const std::string why = refused("stream.arm");
+    execute(back);
+    return why;
+  };
+  EXPECT_THAT(refused_after("UPDATE campaign SET state='aborted' WHERE kind='tool'",
+                            "UPDATE campaign SET state='done' WHERE kind='tool'"),
+              HasSubstr("measured no tool, or is not done"));
+  EXPECT_THAT(refused_after("UPDATE campaign SET robot_serial='MOCK-0002' WHERE kind='tool'",
+                            "UPDATE campaign SET robot_serial='MOCK-0001' WHERE kind='tool'"),
+              HasSubstr("its tool is of arm 'MOCK-0001', its campaign of arm 'MOCK-0002'"));
+  EXPECT_THAT(refused_after("UPDATE tool SET number=4", "UPDATE tool SET number=3"),
+              HasSubstr("its campaign measured tool 3"));
+  EXPECT_THAT(refused_after("UPDATE tool SET campaign_id='c1'",
+                            "UPDATE tool SET campaign_id=(SELECT id FROM campaign WHERE kind='tool')"),
+              HasSubstr("measured no tool, or is not done"));
+}
+
+TEST_F(ToolServiceTest, AForgedFrameThatItsReadingsDoNotGiveIsNotCorrected) {
+  ASSERT_TRUE(call("tool.activate", {{"id", measure()}}));
+  const Eigen::Isometry3d X =
+      config::parse_tool(std::string{json::parse(document_of_tool()).at("yaml").as_string()}, "tool",
+                         config.robot.model)
+          .X_told;
+  change_tool("frame: {x: " + config::format_number(X.translation().x()), "frame: {x: 62");
+  ASSERT_TRUE(finish(cell.load_tools()));
+  EXPECT_THAT(refused("targets.compensate", {{"poses", {{1500, 0, 1200, 0, 90, 0}}}, {"tool", 3}}),
+              HasSubstr("is refused"));
 }
 
 TEST_F(ToolServiceTest, RefusesWhatMeasuredNoTool) {

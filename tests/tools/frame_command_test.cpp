@@ -266,6 +266,19 @@ TEST_F(FrameCommand, ATurnOfTheBaseThatIsNotKnownCountsTheMoreTheFartherAway) {
   EXPECT_NEAR(std::pow(sigma_mm(1e-3), 2) - std::pow(sigma_mm(0), 2), across_mm * across_mm, 1e-4);
 }
 
+TEST_F(FrameCommand, AToolOfAnotherArmIsRefused) {
+  const std::string poses = folder_.write("poses.csv", "x,y,z,a,b,c\n" + pose_cells(reachable(X_BU_)) + '\n');
+  config::ToolFile tool = config::load_tool(measured_tool(), nominal_);
+  tool.serial = "768034";
+  folder_.write("tool.yaml", config::tool_yaml(tool));
+  model_.serial = "768035";
+  folder_.write("model.yaml", config::model_yaml(model_));
+  const Finished finished = run("compensate", {"--poses", poses, "--tool", path("tool.yaml")});
+  EXPECT_EQ(finished.exit_code, 2);
+  EXPECT_THAT(finished.err,
+              HasSubstr("tool.yaml: the tool was measured on arm 768034, but the model is of arm 768035"));
+}
+
 TEST_F(FrameCommand, ABaseThatDoesNotTellItsUncertaintyIsNoted) {
   const std::string poses = folder_.write("poses.csv", "x,y,z,a,b,c\n" + pose_cells(reachable(X_BU_)) + '\n');
   const json::object reached =

@@ -74,8 +74,8 @@ int run_tool(const FrameCommand& command) {
   const FrameDocument told = told_of(record::FrameKind::Tool, frame, given, command);
   tell(told, command);
   if (!command.out_file.empty())
-    config::write_text_file(command.out_file,
-                            config::tool_yaml({command.number, given.nominal.name, told.X, given.data}));
+    config::write_text_file(command.out_file, config::tool_yaml({command.number, given.nominal.name,
+                                                                 given.model.serial, told.X, given.data}));
   return kDone;
 }
 
@@ -98,8 +98,9 @@ int run_base(const FrameCommand& command) {
   tell(told, command);
   if (!command.out_file.empty())
     config::write_text_file(
-        command.out_file, config::base_yaml({command.number, given.nominal.name, given.model.created, told.X,
-                                             frame->covariance}));
+        command.out_file,
+        config::base_yaml({command.number, given.nominal.name, given.model.created, told.X, frame->covariance,
+                           given.data, touched ? std::optional{tcp.p_F_mm} : std::nullopt}));
   return kDone;
 }
 

@@ -26,6 +26,9 @@ std::optional<Tool> tool_of(const FrameWords& words, const std::string& option, 
   if (words.empty()) return std::nullopt;
   if (const auto X = frame_of(words, option)) return Tool{.X_told = *X, .X_FT = *X, .measured = {}};
   const config::ToolFile file = config::load_tool(words[0], nominal);
+  if (!file.serial.empty() && !model.serial.empty() && file.serial != model.serial)
+    throw ConfigError(words[0] + ": the tool was measured on arm " + file.serial +
+                      ", but the model is of arm " + model.serial + "; measure the tool on this arm");
   const auto by =
       config::measuring_cell(model).value_or(MeasuringCell{model.cell, {}, {.repeatability_mm = 1}});
   const auto measured = config::tool_under(by, file);

@@ -250,7 +250,7 @@ std::string tools_text(const json::value& answer) {
     rows.push_back(
         {text_at(tool, "/number"), text_at(tool, "/measured"),
          find_at(tool, "/campaign_id") ? "campaign " + text_at(tool, "/campaign_id") : "the cell file",
-         text_at(tool, "/krl")});
+         find_at(tool, "/refused") ? "refused: " + text_at(tool, "/refused") : text_at(tool, "/krl")});
   return rows.size() == 1 ? "no tool was measured and taken into use\n" : text_table(rows);
 }
 
