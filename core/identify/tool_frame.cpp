@@ -61,9 +61,11 @@ std::optional<BaseShift> shift_of_base(const FrameReadings& data, const Equation
   };
   const PointFit fit = fit_points(with_shift(Eigen::VectorXd::Zero(by.covariance.cols())));
   if (std::ranges::max(fit.sigmas) > kDoubtful) return std::nullopt;
+  BaseShift shift{fit.u.tail<3>(), fit.covariance.bottomRightCorner<3, 3>()};
+  if (by.covariance.size() == 0) return shift;
   const Eigen::MatrixXd by_parameters = derivative_to_steps(with_shift, by.covariance).bottomRows<3>();
-  return BaseShift{fit.u.tail<3>(),
-                   fit.covariance.bottomRightCorner<3, 3>() + congruence(by_parameters, by.covariance)};
+  shift.covariance += congruence(by_parameters, by.covariance);
+  return shift;
 }
 
 /// Why the orientations in which the arm measured a point do not tell where it is on the flange.
