@@ -193,7 +193,7 @@ std::string tool_yaml(const ToolFile& tool) {
 
 namespace {
 
-/// @param joints  of the arm that each reading tells; 0: the arm has no part in them
+/// @param joints  of the arm in each reading; 0: the arm has no part in them
 void expect_readings(const FrameReadings& data, int joints, const YamlValue& yaml) {
   const auto unfit = [&](const FrameReading& reading) {
     return reading.point >= data.points.size() ||

@@ -54,7 +54,7 @@ struct ToolServiceTest : CellTest {
     for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
     execute("UPDATE campaign SET document='" + quoted + "' WHERE kind='tool'");
   }
-  /// The same with all hashes made anew, as only a program does that knows how.
+  /// The same with new hashes of the whole: a forged record.
   void change_tool(const std::string& from, const std::string& to) const {
     json::value document = json::parse(document_of_tool());
     std::string yaml{document.at("yaml").as_string()};
@@ -167,7 +167,7 @@ TEST_F(ToolServiceTest, AToolInUseWhoseRecordWasChangedIsRefusedAndNothingIsCorr
               HasSubstr(why));
   EXPECT_THAT(refused("tool.activate", {{"id", id}}), HasSubstr("is not the one that was stored"));
   const json::value listed = call("tool.list")->at_pointer("/tools/0");
-  EXPECT_TRUE(listed.at("krl").is_null()) << "nobody is to type it in";
+  EXPECT_TRUE(listed.at("krl").is_null()) << "the operator must not type it in";
   EXPECT_THAT(std::string{listed.at("refused").as_string()}, HasSubstr(why));
   put_document(document);
   ASSERT_TRUE(finish(cell.load_tools()));
