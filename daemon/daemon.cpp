@@ -155,13 +155,13 @@ class Daemon {
                store_thread_, compute_thread_, events_, recorder_, recorder_thread_,
                [] { return std::chrono::system_clock::now(); }, [this] { return link_->scheduling(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), recorded_stream_))},
-        server_{started(
-            ControlServer::start(io_.get_executor(),
-                                 {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
-                                  [](const std::string& sentence) { log_warning(sentence); }, store_thread_,
-                                  runtime.empty() ? fs::path{} : runtime / "control.sock",
-                                  access_file_of(config.store), audit_file_of(config.store)},
-                                 config.control, config.name))} {
+        server_{started(ControlServer::start(
+            io_.get_executor(),
+            {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
+             [](const std::string& sentence) { log_warning(sentence); }, store_thread_,
+             runtime.empty() ? fs::path{} : runtime / "control.sock", access_file_of(config.store),
+             audit_file_of(config.store), &store_, [](const std::string& sentence) { log_info(sentence); }},
+            config.control, config.name))} {
     if (!outlives_its_terminal()) signals_.add(SIGHUP);
     web_ = start_web();
     read_log([this](LogLevel level, std::string_view line) {
@@ -181,6 +181,7 @@ class Daemon {
     compute_thread_.join();
     store_thread_.join();
     keep_last_events();
+    keep_audit_end();
     recorder_thread_.join();
     remove_ring(RecordingFolder{config_.recording});
   }
@@ -251,6 +252,14 @@ class Daemon {
     const EventBatch all = events_.unwritten(EventBus::kMostUnwritten);
     const auto kept = store_.end_events(all);
     if (!kept) log_error("store: " + kept.error().detail);
+  }
+
+  void keep_audit_end() {
+    const auto end = server_->audit_end();
+    if (!end) return;
+    const auto kept = store_.keep_audit_head(*end);
+    if (!kept) log_error("store: " + kept.error().detail);
+    log_info("audit trail: " + std::to_string(end->count) + " records, head " + end->hash);
   }
 
   void ask_for_numbers() {

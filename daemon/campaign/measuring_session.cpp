@@ -477,7 +477,10 @@ asio::awaitable<void> MeasuringSession::wait_while_paused() {
 }
 
 asio::awaitable<void> MeasuringSession::wait_for_hand(std::string sentence) {
-  if (past_left_ > 0) co_return;
+  if (past_left_ == 0) co_await pause_until_resumed(std::move(sentence));
+}
+
+asio::awaitable<void> MeasuringSession::pause_until_resumed(std::string sentence) {
   paused_ = true;
   observer_.on_paused(sentence);
   tell_progress();

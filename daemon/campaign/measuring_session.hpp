@@ -4,6 +4,7 @@
 #include <expected>
 #include <functional>
 #include <memory>
+#include <new>
 #include <optional>
 #include <set>
 #include <string>
@@ -145,11 +146,10 @@ class MeasuringSession {
   /// Keeps the hash of what was identified, or compares it with that of before.
   Outcome<void> keep_identified(std::string sha256);
 
-  /// What the job returns, which may take long.
+  /// What the job returns, which may take long. Where there is no memory for it the campaign pauses, and the
+  /// job is done once more when somebody has resumed it.
   template <typename Job>
-  boost::asio::awaitable<std::invoke_result_t<Job>> compute(Job job) {
-    return result_of(run_compute_, std::move(job));
-  }
+  boost::asio::awaitable<std::invoke_result_t<Job>> compute(Job job);
   void report_trouble(const std::string& sentence) { observer_.on_trouble(sentence); }
   void enter(CampaignPhase phase);
   /// @param poses  fewer than none where some turn out not to be needed
@@ -218,12 +218,13 @@ class MeasuringSession {
   double count_deviation(const StoredPoint& point);
   /// On the disk first: what the arm moves on from is never lost.
   Outcome<StoredPoint> store(StoredPoint point);
-  /// Writes until the journal has it. Where there is no room the campaign pauses, and what is to be written
-  /// waits until somebody has made some and resumes it.
+  /// Writes until the journal has it. Where there is no room, or the disk fails, the campaign pauses, and
+  /// what is to be written waits until somebody has seen to that and resumes it.
   template <typename T>
   Outcome<T> journalled(std::function<boost::asio::awaitable<StoreResult<T>>()> write);
   Outcome<void> recover(DeviceError error);
   boost::asio::awaitable<void> wait_while_paused();
+  boost::asio::awaitable<void> pause_until_resumed(std::string sentence);
   /// After the last attempt at a pose, which failed by `error`: pauses where so many in a row were lost.
   /// @return whether it did, and the pose is to be tried again once somebody has resumed
   bool pause_for_losses(const MeasuringTarget& target, const DeviceError& error);
@@ -266,6 +267,19 @@ class MeasuringSession {
   Signal resumed_;
 };
 
+template <typename Job>
+boost::asio::awaitable<std::invoke_result_t<Job>> MeasuringSession::compute(Job job) {
+  for (;;) {
+    try {
+      auto result = co_await result_of(run_compute_, job);
+      co_return result;
+    } catch (const std::bad_alloc&) {
+    }
+    co_await pause_until_resumed(
+        "paused: the PC has no memory for what is to be computed; end other programs, then resume the campaign");
+  }
+}
+
 template <typename T>
 MeasuringSession::Outcome<T> MeasuringSession::journalled(
     std::function<boost::asio::awaitable<StoreResult<T>>()> write) {
@@ -280,11 +294,9 @@ MeasuringSession::Outcome<T> MeasuringSession::journalled(
     const StoreError error = written.error();
     observer_.on_store_failed(error);
     if (!error.may_pass) co_return std::unexpected(store_failed(error));
-    paused_ = waits_for_room_ = true;
-    observer_.on_paused("paused, with the last point in memory: " + error.detail +
-                        "; then acknowledge, and resume the campaign");
-    tell_progress();
-    co_await wait_while_paused();
+    waits_for_room_ = true;
+    co_await pause_until_resumed("paused, with the last point in memory: " + error.detail +
+                                 "; then acknowledge, and resume the campaign");
     waits_for_room_ = false;
   }
 }

@@ -24,6 +24,8 @@ class AccessList {
   /// @return whether it was; or one sentence why it cannot be used, once: what was known before stays
   std::expected<bool, std::string> refresh();
   const control::AccessEntries& entries() const { return entries_; }
+  /// Why the file as it is cannot be used; empty: it can.
+  const std::string& complaint() const { return complaint_; }
 
  private:
   std::filesystem::path file_;

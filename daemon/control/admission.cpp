@@ -8,8 +8,6 @@ namespace truepose::daemon {
 
 namespace {
 
-constexpr const char* kTokenFile = "token file";  // whose token has no other name
-
 Caller caller_of(const control::AccessEntry& entry) {
   return {.name = entry.name, .role = entry.role, .entry = entry};
 }
@@ -17,7 +15,7 @@ Caller caller_of(const control::AccessEntry& entry) {
 }  // namespace
 
 Admission::Known Admission::by_token(const std::string& token) const {
-  if (control::same_secret(token, token_)) return Caller{kTokenFile, control::Role::Admin};
+  if (control::same_secret(token, token_)) return Caller{control::kTokenFileName, control::Role::Admin};
   if (const control::AccessEntry* const entry = access_.entries().of_token(token)) return caller_of(*entry);
   return std::unexpected(
       "wrong token: use the content of the daemon's token file, or what `truepose access add` printed");
@@ -27,7 +25,7 @@ Admission::Known Admission::by_proof(const std::string& proof, const control::Se
   const bool asked = !terms.server_nonce.empty();
   if (!asked || !control::same_secret(proof, session_proof(token_, control::Prover::Client, terms)))
     return std::unexpected("wrong token: use the content of the daemon's token file");
-  return Caller{kTokenFile, control::Role::Admin};
+  return Caller{control::kTokenFileName, control::Role::Admin};
 }
 
 Admission::Known Admission::by_certificate(const control::Certificate& shown) const {
@@ -59,7 +57,12 @@ boost::asio::awaitable<Admission::Known> Admission::judge(std::string peer, Know
 
 bool Admission::refresh() {
   const auto changed = access_.refresh();
+  const std::string& complaint = access_.complaint();
   if (!changed) parts_.warn(changed.error());
+  parts_.cell.stand(
+      !complaint.empty(),
+      {"E_ACCESS", "warning",
+       complaint + "; who was let in before still is, and after a restart the token file alone"});
   return changed.value_or(false);
 }
 

@@ -6,29 +6,32 @@
 #include <deque>
 #include <expected>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "proto/control/audit_chain.hpp"
+#include "daemon/control/audit_files.hpp"
 
 namespace truepose::daemon {
 
-/// Where the audit trail of a store is: beside it. Its end is in a second file, ".head" behind its name.
-std::filesystem::path audit_file_of(const std::filesystem::path& store);
-
-/// Whether a trail is what was written: every line, and none missing at its end.
-/// @return where it ends; else one phrase, also where it is not there or cannot be read
-std::expected<control::AuditHead, std::string> verify_audit(const std::filesystem::path& trail);
-
-/// What was commanded, by whom, and what became of it: a file that only grows, each line bound to the one
+/// What was commanded, by whom, and what became of it: a trail that only grows, each line bound to the one
 /// before by its hash. Blocks; used by one thread at a time. Errors are one phrase.
 class AuditTrail {
  public:
-  /// Goes on behind what is there. A trail that was changed is put aside and a new one begun, which says so;
-  /// of one that cannot be read nobody knows that, and it is left as it is.
-  /// @param time  now, RFC 3339
+  static constexpr std::uint64_t kFullFile = std::uint64_t{16}
+                                             << 20U;  ///< bytes, from which on a new file is begun
+
+  /// Goes on behind what is there. A trail that is not what was written is put aside, and a new file begun
+  /// behind the last record that anybody knows of, which says so. Of one that cannot be read nobody knows
+  /// that, and it is left as it is.
+  /// @param time   now, RFC 3339
+  /// @param known  ends that the trail had, as the store knows
+  /// @param full   bytes from which on a new file is begun
   static std::expected<AuditTrail, std::string> open(const std::filesystem::path& file,
-                                                     const std::string& time);
+                                                     const std::string& time,
+                                                     std::span<const control::AuditHead> known = {},
+                                                     std::uint64_t full = kFullFile);
   AuditTrail(AuditTrail&& other) noexcept;
   AuditTrail& operator=(AuditTrail&&) = delete;
   ~AuditTrail();
@@ -46,22 +49,49 @@ class AuditTrail {
   /// Writes what is owed. @return why it still cannot be
   std::expected<void, std::string> pay();
 
+  /// Whether its files are still those that it writes to, and as it has left them; else what to do.
+  std::expected<void, std::string> in_place() const;
+  /// Where they are not: puts aside what is there, and puts back what it still has, or begins a new file
+  /// behind it. A record says so.
+  /// @param time  now, RFC 3339
+  std::expected<void, std::string> restore(const std::string& time);
+
   /// Records with numbers below `before`, newest first: at most `limit`, and of no more than 48 KiB together.
-  std::expected<boost::json::array, std::string> records(std::uint64_t before, std::size_t limit) const;
+  std::expected<boost::json::array, std::string> records(std::uint64_t before, std::size_t limit);
   std::uint64_t count() const { return end_.count; }
-  /// Why the trail before this one was put aside; empty: it was not.
-  const std::string& put_aside() const { return put_aside_; }
+  const control::AuditHead& end() const { return end_; }
+  /// What was found of it at a start and nobody has acknowledged; empty: nothing.
+  const std::string& fault() const { return fault_; }
+  /// Somebody has, as a record says.
+  void acknowledge() { fault_.clear(); }
 
  private:
-  AuditTrail() = default;
-  std::expected<void, std::string> open_files(const std::filesystem::path& file);
-  std::expected<std::uint64_t, std::string> write(boost::json::object record);
+  /// One file of the trail and where its records are in it.
+  struct Part {
+    int file = -1;
+    std::uint64_t first = 1;             ///< number of its first record
+    std::vector<std::uint64_t> ends{0};  ///< offsets behind no line, the first, ... the last
+  };
 
-  int trail_ = -1, head_ = -1;
+  AuditTrail() = default;
+  std::expected<void, std::string> open_files(bool anew);
+  void close_files();
+  std::expected<void, std::string> begin_behind(const control::AuditHead& end, const std::string& why,
+                                                const std::string& time);
+  std::expected<void, std::string> put_aside(const std::string& time, std::string& aside) const;
+  std::expected<std::uint64_t, std::string> write(boost::json::object record);
+  std::expected<void, std::string> begin_next_file();
+  /// The part that has a record.
+  std::expected<const Part*, std::string> part_with(std::uint64_t number);
+
+  std::filesystem::path file_;
+  std::uint64_t full_ = kFullFile;
+  Part last_;  ///< that is written to
+  int head_ = -1;
   control::AuditHead end_;
-  std::vector<std::uint64_t> ends_{0};  ///< offsets behind no line, the first, ... the last
-  std::string put_aside_;
+  std::string fault_;
   std::deque<boost::json::object> owed_;
+  std::optional<Part> read_;  ///< the full one that was read last
 };
 
 }  // namespace truepose::daemon

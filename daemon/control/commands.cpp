@@ -1,16 +1,19 @@
 #include "daemon/control/commands.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/error.hpp>
 #include <boost/system/system_error.hpp>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "daemon/store/audit_witness.hpp"
 #include "daemon/threads/worker.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/param_reader.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/text/device_text.hpp"
 #include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
@@ -34,6 +37,14 @@ std::expected<std::optional<std::string>, RpcError> take_command_id(json::object
   if (auto error = read.finish()) return std::unexpected(*error);
   params.erase("command_id");
   return id;
+}
+
+constexpr const char* kAcknowledgeAudit = "audit.acknowledge";
+
+/// Of what such a command leaves in the store the audit trail has to know.
+bool changes_store(std::string_view method) {
+  return std::ranges::any_of(std::array{"campaign.", "drift.", "model.", "tool."},
+                             [method](const char* start) { return method.starts_with(start); });
 }
 
 constexpr std::size_t kMostBytesOnRecord = 4096;
@@ -73,7 +84,7 @@ std::string symbol_of(const Commands::Result& result) {
 }
 
 json::value value_of(const ControlLease::Holder& holder, drivers::TimePoint now) {
-  const auto left = std::chrono::ceil<std::chrono::seconds>(holder.until - now);
+  const auto left = std::chrono::ceil<std::chrono::seconds>(holder.end() - now);
   return {{"holder", holder.who.name},
           {"role", text_value(control::name(holder.who.role))},
           {"left_s", left.count()}};
@@ -82,12 +93,13 @@ json::value value_of(const ControlLease::Holder& holder, drivers::TimePoint now)
 }  // namespace
 
 Commands::Commands(ControlServerParts& parts, asio::any_io_executor executor, std::optional<AuditTrail> audit,
-                   StillKnown still_known)
+                   Presence presence)
     : parts_{parts},
       executor_{std::move(executor)},
       audit_{std::move(audit)},
-      still_known_{std::move(still_known)} {
+      presence_{std::move(presence)} {
   remember();
+  show_audit_fault();
 }
 
 // By their order and never by their times, which are those of a clock that may have been set: what was asked
@@ -138,13 +150,33 @@ asio::awaitable<std::expected<std::uint64_t, std::string>> Commands::write_down(
   auto job = [this, record = std::move(record)]() mutable { return audit_->append(std::move(record)); };
   auto written = co_await parts_.worker.ask(std::move(job));
   if (!written) cannot_write(written.error());
+  if (written) complaint_.clear();
   co_return written;
 }
 
 void Commands::cannot_write(const std::string& why) {
   const std::string sentence = "the audit trail cannot be written: " + why;
-  parts_.warn("control: " + sentence);
+  if (std::exchange(complaint_, why) != why) parts_.warn("control: " + sentence);
   parts_.cell.unrecorded(sentence);
+}
+
+void Commands::show_audit_fault() {
+  const std::string fault = audit_ ? audit_->fault() : "";
+  parts_.cell.stand(
+      !fault.empty(),
+      {"E_AUDIT", "error",
+       "the audit trail is not what was written: " + fault +
+           "; find out who did that, then acknowledge it: truepose audit acknowledge --name NAME"});
+}
+
+asio::awaitable<void> Commands::bear_witness() {
+  if (!audit_) co_return;
+  auto job = [this] {
+    if (parts_.witness) static_cast<void>(parts_.witness->keep_audit_head(audit_->end()));
+    return audit_->end();
+  };
+  const control::AuditHead end = co_await parts_.worker.ask(job);
+  parts_.note("audit trail: " + std::to_string(end.count) + " records, head " + end.hash);
 }
 
 void Commands::tell(const char* change, const std::string& by, json::object more) {
@@ -181,14 +213,15 @@ asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string
 asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string from, control::Request request,
                                                   std::string id) {
   co_await look();
-  const bool of_cell = !request.method.starts_with("control.");
-  if (of_cell) {
+  const bool of_audit = request.method == kAcknowledgeAudit;
+  const bool of_cell = !of_audit && !request.method.starts_with("control.");
+  if (of_cell && !control::is_always_carried_out(request.method)) {
     auto refused = lease_.refusal(caller, parts_.clock.now());
     if (refused) co_return Outcome{std::unexpected(*std::move(refused))};
   }
   // A panel renews its control every few seconds for months, which commands nothing and changes no hands.
-  const bool renews =
-      !of_cell && request.method != "control.release" && lease_.is_held_by(caller, parts_.clock.now());
+  const bool renews = !of_cell && !of_audit && request.method != "control.release" &&
+                      lease_.is_held_by(caller, parts_.clock.now());
   if (renews) co_return Outcome{change_control(caller, request), true};
   json::object command{{"who", caller.name},
                        {"role", text_value(control::name(caller.role))},
@@ -196,8 +229,40 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
                        {"method", request.method},
                        {"params", told_on_record(request.params)}};
   if (!id.empty()) command["command_id"] = id;
+  if (of_audit) {
+    Outcome acknowledged = co_await acknowledge_audit(std::move(command), request);
+    co_return std::move(acknowledged);
+  }
   Act act = [this, caller, request] { return this->act(caller, request); };
   Outcome outcome = co_await on_record(std::move(command), std::move(act));
+  co_return std::move(outcome);
+}
+
+// Before anything is put on record the files are put in their places.
+asio::awaitable<Commands::Outcome> Commands::acknowledge_audit(json::object command,
+                                                               const control::Request& request) {
+  const auto refused = [](ErrorCode code, std::string why, std::string param = {}) {
+    return Outcome{std::unexpected(RpcError{code, std::move(why), std::move(param)})};
+  };
+  ParamReader read{request.params};
+  const std::string name = read.required(read.text("name", 64), "name");
+  if (auto error = read.finish()) co_return Outcome{std::unexpected(*error)};
+  if (text::device_text(name) != name || name.empty())
+    co_return refused(ErrorCode::InvalidParams, "params.name: expected your name", "params.name");
+  if (!audit_) co_return refused(ErrorCode::NotFound, "this daemon keeps no audit trail");
+  const std::string time = control::rfc3339(parts_.wall_clock());
+  auto job = [this, time] { return audit_->restore(time); };
+  const auto restored = co_await parts_.worker.ask(job);
+  if (!restored)
+    co_return refused(ErrorCode::Store, "the audit trail cannot be written: " + restored.error());
+  const std::string fault = audit_->fault();
+  if (fault.empty())
+    co_return refused(ErrorCode::WrongState, "nothing is to be acknowledged of the audit trail");
+  Act act = [fault]() -> asio::awaitable<Result> { co_return json::object{{"acknowledged", fault}}; };
+  Outcome outcome = co_await on_record(std::move(command), std::move(act));
+  auto acknowledge = [this] { audit_->acknowledge(); };
+  co_await parts_.worker.run(acknowledge);
+  show_audit_fault();
   co_return std::move(outcome);
 }
 
@@ -219,6 +284,7 @@ asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act
     record["answer"] = *result;
   const auto ended = co_await write_down(std::move(record), false);
   static_cast<void>(ended);  // it is done
+  if (changes_store(method)) co_await bear_witness();
   if (!method.starts_with("control."))
     tell("command", by, {{"method", method}, {"result", symbol_of(result)}});
   co_return Outcome{std::move(result), true};
@@ -226,6 +292,13 @@ asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act
 
 asio::awaitable<Commands::Result> Commands::act(Caller caller, control::Request request) {
   if (request.method.starts_with("control.")) co_return change_control(caller, request);
+  if (request.method == "cell.acknowledge" && audit_) {
+    auto job = [this] { return audit_->in_place(); };
+    const auto there = co_await parts_.worker.ask(job);
+    if (!there)
+      co_return std::unexpected(
+          RpcError{ErrorCode::Store, "the audit trail still cannot be written: " + there.error()});
+  }
   Result result =
       co_await call_cell(std::move(request.method), std::move(request.params), std::move(caller.name));
   co_return result;
@@ -253,7 +326,6 @@ asio::awaitable<Commands::Result> Commands::result_of(std::string method, asio::
 }
 
 Commands::Result Commands::change_control(const Caller& caller, const control::Request& request) {
-  constexpr std::int64_t kShortest = 5, kLongest = 3600, kUsual = 30;
   const drivers::TimePoint now = parts_.clock.now();
   ParamReader read{request.params};
   if (request.method == "control.release") {
@@ -262,12 +334,14 @@ Commands::Result Commands::change_control(const Caller& caller, const control::R
     if (released) tell("released", caller.name, {});
     return who_has_control({});
   }
-  const std::chrono::seconds time{read.integer("lease_s", kShortest, kLongest).value_or(kUsual)};
+  const auto given = read.integer("lease_s", ControlLease::kShortest.count(), ControlLease::kLongest.count());
+  const auto time = given ? std::chrono::seconds{*given} : ControlLease::kUsual;
   if (auto error = read.finish()) return std::unexpected(*error);
   const bool by_force = request.method == "control.takeover";
   const auto before = lease_.holder(now);
   const auto taken = by_force ? lease_.take_over(caller, time, now) : lease_.acquire(caller, time, now);
   if (!taken) return std::unexpected(taken.error());
+  see_connections();  // his may have ended while the command was put on record
   if (!before) tell("acquired", caller.name, {});
   if (before && before->who.name != caller.name)
     tell("taken-over", caller.name, {{"from", before->who.name}});
@@ -296,13 +370,14 @@ asio::awaitable<Commands::Result> Commands::records(json::object params) {
 }
 
 asio::awaitable<void> Commands::look() {
-  if (owes_) {
-    auto job = [this] { return audit_->pay(); };
-    const auto paid = co_await parts_.worker.ask(job);
-    owes_ = !paid;
+  if (audit_) {
+    auto job = [this] { return owes_ ? audit_->pay() : audit_->in_place(); };
+    const auto there = co_await parts_.worker.ask(job);
+    if (!there && !owes_) cannot_write(there.error());
+    owes_ = owes_ && !there;
   }
-  const std::string daemon = "trueposed";
-  const auto lost = lease_.lost(parts_.clock.now(), still_known_);
+  const std::string daemon = control::kDaemonName;
+  const auto lost = lease_.lost(parts_.clock.now(), presence_.is_known);
   if (!lost) co_return;
   parts_.warn("control: " + lost->why);
   tell("lost", lost->name, {});

@@ -19,18 +19,21 @@ namespace truepose::daemon {
 
 /// Carries out what changes anything (every method for which a viewer's role is too low): for who has control
 /// or while nobody has it, once for each command_id, and on record: a command that cannot be written down is
-/// not carried out, but for those that take motion, a correction or control away. Outlives the calls under
-/// way.
+/// not carried out. Those that take motion, a correction or control away (x-always in openrpc.json) need
+/// neither control nor a record. Outlives the calls under way.
 class Commands {
  public:
   using Result = std::expected<boost::json::value, control::RpcError>;
 
-  using StillKnown = std::function<bool(const Caller& who)>;
+  /// What the server knows of its callers.
+  struct Presence {
+    std::function<bool(const Caller& who)> is_known;      ///< still let in as who he was
+    std::function<bool(const Caller& who)> is_connected;  ///< by a session that is open
+  };
 
-  /// @param audit        none: nothing is kept on record
-  /// @param still_known  whether somebody is still let in as who he was
+  /// @param audit  none: nothing is kept on record
   Commands(ControlServerParts& parts, boost::asio::any_io_executor executor, std::optional<AuditTrail> audit,
-           StillKnown still_known);
+           Presence presence);
 
   /// @param from  where the caller is
   boost::asio::awaitable<Result> carry_out(Caller caller, std::string from, control::Request request);
@@ -41,9 +44,17 @@ class Commands {
   Result who_has_control(const boost::json::object& params) const;
   boost::asio::awaitable<Result> records(boost::json::object params);
 
-  /// Writes down what is owed to the audit trail, and sees whether control was lost: then the campaign under
-  /// way is paused. Each command looks first.
+  /// Writes down what is owed to the audit trail, sees that its files are in their places, and whether
+  /// control was lost: then the campaign under way is paused. Each command looks first.
   boost::asio::awaitable<void> look();
+  /// Where the audit trail ends; none: none is kept. Once the worker has ended.
+  std::optional<control::AuditHead> audit_end() const {
+    return audit_ ? std::optional{audit_->end()} : std::nullopt;
+  }
+  /// Notes where the audit trail ends: in the store, and in the log.
+  boost::asio::awaitable<void> bear_witness();
+  /// A session was opened or has ended.
+  void see_connections() { lease_.see_connections(parts_.clock.now(), presence_.is_connected); }
   /// When there is something to see, should nobody renew his control.
   std::optional<drivers::TimePoint> control_ends() const { return lease_.end(); }
 
@@ -67,13 +78,18 @@ class Commands {
   boost::asio::awaitable<std::expected<std::uint64_t, std::string>> write_down(boost::json::object record,
                                                                                bool must_be);
   void cannot_write(const std::string& why);
+  /// What was found of the audit trail stands as a fault until it is acknowledged.
+  void show_audit_fault();
+  boost::asio::awaitable<Outcome> acknowledge_audit(boost::json::object command,
+                                                    const control::Request& request);
   void tell(const char* change, const std::string& by, boost::json::object more);
 
   ControlServerParts& parts_;
   boost::asio::any_io_executor executor_;
   std::optional<AuditTrail> audit_;
-  StillKnown still_known_;
-  bool owes_ = false;  ///< records to the audit trail
+  Presence presence_;
+  bool owes_ = false;      ///< records to the audit trail
+  std::string complaint_;  ///< why the trail could not be written when that was last said; empty: it can be
   ControlLease lease_;
   CommandMemory memory_;
 };

@@ -12,14 +12,21 @@
 
 namespace truepose::daemon {
 
-/// Who is in command. While somebody holds control, nobody else's commands are carried out; it ends where it
-/// is not renewed in time, is given back, or taken over by a higher role, and where its holder is let in no
-/// more. A caller is known by its name: a panel that comes back goes on. Pure: time is told.
+/// Who is in command. While somebody holds control, nobody else's commands are carried out, but for those
+/// that take motion, a correction or control away. It ends where it is not renewed in time, is given back, or
+/// taken over by a higher role, where its holder is let in no more, and a while after his last connection. A
+/// caller is known by its name: a panel that comes back goes on. Pure: time is given.
 class ControlLease {
  public:
+  static constexpr std::chrono::seconds kShortest{5}, kLongest{60}, kUsual{30};
+  static constexpr std::chrono::seconds kUnconnected{10};  ///< for which it is kept without a connection
+
   struct Holder {
     Caller who;
     drivers::TimePoint until;
+    std::optional<drivers::TimePoint> unconnected_since{};
+
+    drivers::TimePoint end() const;
   };
   /// That control ended without its holder's doing.
   struct Loss {
@@ -39,10 +46,12 @@ class ControlLease {
   bool release(const Caller& caller, drivers::TimePoint now);
   /// Why the caller's command is not carried out.
   std::optional<control::RpcError> refusal(const Caller& caller, drivers::TimePoint now) const;
+  /// Takes note of whether the holder has a connection.
+  void see_connections(drivers::TimePoint now, const std::function<bool(const Caller& who)>& is_connected);
   /// When it ends unless it is renewed.
   std::optional<drivers::TimePoint> end() const;
-  /// Whether it has ended since the last call, because the time ran out or the holder is no longer known.
-  std::optional<Loss> lost(drivers::TimePoint now, const std::function<bool(const Caller& who)>& still_known);
+  /// Whether it has ended since the last call without the holder's doing.
+  std::optional<Loss> lost(drivers::TimePoint now, const std::function<bool(const Caller& who)>& is_known);
 
  private:
   std::optional<Holder> holder_;

@@ -22,6 +22,7 @@
 #include "daemon/control/jobs.hpp"
 #include "daemon/control/private_file.hpp"
 #include "daemon/control/session.hpp"
+#include "daemon/store/audit_witness.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
@@ -39,6 +40,7 @@ struct ControlServer::Impl {
   std::optional<tcp::acceptor> tls_acceptor;
   asio::cancellation_signal stop_looking{};
   drivers::TimePoint next_expiry_warning{};
+  drivers::TimePoint next_witness{};
 
   void admit(std::unique_ptr<Connection> connection, Peer peer);
   bool make_room(const Peer& peer);
@@ -77,7 +79,7 @@ Peer peer_of(local::socket& socket) {
   socklen_t size = sizeof credentials;
   if (::getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
     return {"unknown user", {}, false};
-  return {"uid " + std::to_string(credentials.uid), {}, true};
+  return {control::kLocalUserStart + std::to_string(credentials.uid), {}, true};
 }
 
 }  // namespace
@@ -128,6 +130,9 @@ asio::awaitable<void> ControlServer::Impl::look_after() {
     context->refresh_access();
     look_at_certificate();
     co_await context->commands->look();
+    if (context->parts.clock.now() < next_witness) continue;
+    next_witness = context->parts.clock.now() + context->limits.witness;
+    co_await context->commands->bear_witness();
   }
 }
 
@@ -153,10 +158,14 @@ namespace {
 /// The audit trail, where one is kept.
 std::expected<std::optional<AuditTrail>, StartFailure> open_audit(const ControlServerParts& parts) {
   if (parts.audit.empty()) return std::nullopt;
-  auto opened = AuditTrail::open(parts.audit, control::rfc3339(parts.wall_clock()));
+  std::vector<control::AuditHead> known;
+  if (parts.witness) {
+    auto heads = parts.witness->audit_heads();
+    if (!heads) return std::unexpected(StartFailure{heads.error().detail, heads.error().may_pass});
+    known = *std::move(heads);
+  }
+  auto opened = AuditTrail::open(parts.audit, control::rfc3339(parts.wall_clock()), known);
   if (!opened) return std::unexpected(opened.error());
-  if (!opened->put_aside().empty())
-    parts.warn("control: the audit trail was changed: " + opened->put_aside());
   return *std::move(opened);
 }
 
@@ -168,7 +177,6 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
   auto token = read_token(config.token_file);
   if (!token) return std::unexpected(token.error());
   AccessList access{parts.access};
-  if (const auto read = access.refresh(); !read) return std::unexpected(read.error());
   auto audit = open_audit(parts);
   if (!audit) return std::unexpected(audit.error());
   auto acceptor = listen(executor, "control.listen", config.listen, control_address(config.listen));
@@ -199,7 +207,10 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
   context->jobs = std::make_unique<Jobs>(context->parts, executor);
   context->commands = std::make_unique<Commands>(
       context->parts, executor, *std::move(audit),
-      [&admission = *context->admission](const Caller& who) { return admission.still_known(who); });
+      Commands::Presence{
+          .is_known = [&shared = *context](const Caller& who) { return shared.admission->still_known(who); },
+          .is_connected = [&shared = *context](const Caller& who) { return shared.is_connected(who); }});
+  context->refresh_access();
   context->started = context->parts.clock.now();
   context->started_text = control::rfc3339(context->parts.wall_clock());
   auto impl = std::make_shared<Impl>(std::move(context), std::move(*acceptor), std::move(local_acceptor),
@@ -281,6 +292,10 @@ std::vector<std::string> ControlServer::methods() const {
   std::set<std::string, std::less<>> all = Session::own_methods();
   all.insert(impl_->context->cell_methods.begin(), impl_->context->cell_methods.end());
   return {all.begin(), all.end()};
+}
+
+std::optional<control::AuditHead> ControlServer::audit_end() const {
+  return impl_->context->commands->audit_end();
 }
 
 ControlLoad ControlServer::load() const {

@@ -22,11 +22,13 @@
 #include "daemon/threads/worker.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/start_failure.hpp"
+#include "proto/control/audit_chain.hpp"
 #include "proto/control/certificate.hpp"
 #include "proto/control/request.hpp"
 
 namespace truepose::daemon {
 
+class AuditWitness;
 class Connection;
 class TlsIdentity;
 struct Peer;
@@ -46,6 +48,14 @@ class CellService {
   /// A command cannot be put on record. One that takes motion, a correction or control away is carried out
   /// all the same.
   virtual void unrecorded(const std::string& /*why*/) {}
+
+  /// A fault of the server's stands from now on, or no longer.
+  struct ServerFault {
+    const char* code;
+    const char* severity;  ///< "warning" or "error"
+    std::string text;      ///< one sentence
+  };
+  virtual void stand(bool /*stands*/, const ServerFault& /*fault*/) {}
 
   /// Carries out one call, on the io thread. It may take long: other connections are served meanwhile, and
   /// calls of several connections overlap. A client that goes away does not cancel its call; the server's
@@ -85,7 +95,8 @@ struct ControlLimits {
   std::size_t hello_failures = 5;  ///< wrong tokens of one peer within hello_window; then it is answered late
   std::chrono::milliseconds hello_window{60'000};
   std::chrono::milliseconds hello_delay{1'000};  ///< by so much, also where the token is right
-  std::chrono::milliseconds look{2'000};         ///< from one look at the files of access to the next
+  std::chrono::milliseconds look{1'000};  ///< from one look at the files of access and audit to the next
+  std::chrono::milliseconds witness{3'600'000};  ///< from one note of where the audit trail ends to the next
 };
 
 /// What the server works with. All of it outlives the server and the event loop that it runs on.
@@ -95,10 +106,12 @@ struct ControlServerParts {
   CellService& cell;
   EventBus& events;
   std::function<void(const std::string&)> warn;  ///< logs one sentence
-  Worker& worker;                  ///< writes the audit trail, and reads the events that are kept
-  std::filesystem::path socket{};  ///< Unix socket for clients of this machine; empty: none
-  std::filesystem::path access{};  ///< access file; empty: nobody but the token's holders
-  std::filesystem::path audit{};   ///< audit trail; empty: nothing is kept on record
+  Worker& worker;                   ///< writes the audit trail, and reads the events that are kept
+  std::filesystem::path socket{};   ///< Unix socket for clients of this machine; empty: none
+  std::filesystem::path access{};   ///< access file; empty: nobody but the token's holders
+  std::filesystem::path audit{};    ///< audit trail; empty: nothing is kept on record
+  AuditWitness* witness = nullptr;  ///< knows where the trail ends, in the worker's thread; null: nobody does
+  std::function<void(const std::string&)> note = [](const std::string&) {};  ///< logs what is no warning
 };
 
 /// How much the server has to do.
@@ -132,6 +145,8 @@ class ControlServer {
   /// Methods that are answered, the server's own included, sorted. rpc.discover is not in the schema, which
   /// it returns in outline, and with {"method": NAME} of one method in full.
   std::vector<std::string> methods() const;
+  /// Where the audit trail ends; none: none is kept. Once the worker has ended.
+  std::optional<control::AuditHead> audit_end() const;
   /// What the server has to do, for whoever watches it.
   ControlLoad load() const;
 

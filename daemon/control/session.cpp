@@ -1,5 +1,6 @@
 #include "daemon/control/session.hpp"
 
+#include <algorithm>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <utility>
@@ -25,6 +26,12 @@ void SessionContext::refresh_access() {
   if (!admission->refresh()) return;
   const std::set<Session*> all = sessions;
   for (Session* session : all) session->check_access();
+}
+
+bool SessionContext::is_connected(const Caller& who) const {
+  return std::ranges::any_of(sessions, [&](const Session* session) {
+    return session->stage() == Session::Stage::Open && session->caller().name == who.name;
+  });
 }
 
 void SessionContext::warn_of_tls(const std::string& peer, const std::string& why) {
@@ -76,6 +83,7 @@ void Session::close() {
   connection_->close();
   subscription_.reset();
   finishing_ = true;
+  context_->commands->see_connections();
   wake_.notify();
   drained_.notify();
 }

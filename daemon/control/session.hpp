@@ -46,6 +46,8 @@ struct SessionContext {
 
   /// Reads the access file again where it has changed, and closes sessions that it no longer lets in.
   void refresh_access();
+  /// Whether a session of his is open.
+  bool is_connected(const Caller& who) const;
   /// Says why TLS with a peer did not come about; not more often than once in hello_window.
   void warn_of_tls(const std::string& peer, const std::string& why);
 };
@@ -71,6 +73,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   Stage stage() const { return finishing_ ? Stage::Closing : stage_; }
   const std::string& peer() const { return peer_.name; }
+  const Caller& caller() const { return caller_; }  ///< once it is open
   std::uint64_t number() const { return number_; }  ///< rises from connection to connection
 
   void start();

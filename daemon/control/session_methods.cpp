@@ -69,9 +69,9 @@ asio::awaitable<Session::Result> ask_cell(std::shared_ptr<SessionContext> contex
 
 const std::set<std::string, std::less<>>& Session::own_methods() {
   static const std::set<std::string, std::less<>> kMethods{
-      "session.challenge",  "session.hello", "session.ping", "system.info",     "events.subscribe",
-      "events.unsubscribe", "rpc.discover",  "control.get",  "control.acquire", "control.release",
-      "control.takeover",   "audit.list",    "job.get"};
+      "session.challenge",  "session.hello", "session.ping",      "system.info",     "events.subscribe",
+      "events.unsubscribe", "rpc.discover",  "control.get",       "control.acquire", "control.release",
+      "control.takeover",   "audit.list",    "audit.acknowledge", "job.get"};
   return kMethods;
 }
 
@@ -217,6 +217,7 @@ asio::awaitable<Session::Result> Session::hello(json::object params) {
   if (auto error = no_room()) co_return std::unexpected(*error);
   stage_ = Stage::Open;
   caller_ = *caller;
+  context_->commands->see_connections();
   if (heartbeat_s) heartbeat_ = std::chrono::seconds{*heartbeat_s};
   lines_.set_max_line(control::kMaxLine);
   json::object welcome{{"product", "trueposed"},

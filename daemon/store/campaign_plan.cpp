@@ -100,7 +100,8 @@ StoreResult<void> CampaignPlans::add_planned(const std::string& campaign_id,
   for (const PlannedPose& planned : poses) {
     statements.push_back(database_->prepare(
         "INSERT INTO planned (campaign_id, pose, purpose, q_target, q_commanded, replaces) "
-        "VALUES (?,?,?,?,?,nullif(?,0))"));
+        "SELECT ?,?,?,?,?,nullif(?,0) WHERE NOT EXISTS (SELECT 1 FROM planned WHERE campaign_id=?1 AND pose=?2 "
+        "AND purpose=?3 AND q_target=?4 AND q_commanded=?5)"));
     statements.back().bind(campaign_id).bind(std::int64_t{planned.pose}).bind(purpose_name(planned.purpose));
     statements.back().bind(list_text(planned.q_target)).bind(list_text(planned.q_commanded));
     statements.back().bind(std::int64_t{planned.replaces});
@@ -220,7 +221,8 @@ StoreResult<void> CampaignPlans::resume(const std::string& campaign_id) {
 StoreResult<void> CampaignPlans::add_resumption(const std::string& campaign_id,
                                                 const Resumption& resumption) {
   Statement insert = database_->prepare(
-      "INSERT INTO resumption (campaign_id, interrupted, resumed, found, x_first_now) VALUES (?,?,?,?,?)");
+      "INSERT INTO resumption (campaign_id, interrupted, resumed, found, x_first_now) SELECT ?,?,?,?,? WHERE NOT EXISTS "
+      "(SELECT 1 FROM resumption WHERE campaign_id=?1 AND interrupted=?2 AND resumed=?3)");
   insert.bind(campaign_id).bind(resumption.interrupted).bind(resumption.resumed).bind(resumption.found);
   insert.bind(pose_text(resumption.X_first_now));
   return sqlite::commit(*database_, "storing that campaign " + campaign_id + " goes on", {&insert});

@@ -98,8 +98,30 @@ Database::Identity Database::identity_of(const std::string& file) {
   return std::pair{found.st_dev, found.st_ino};
 }
 
+void Database::watch_logs() {
+  for (std::size_t i = 0; i < kLogs.size(); ++i) opened_logs_[i] = identity_of(file_ + kLogs[i]);
+}
+
+bool Database::lost_log() const { return opened_ == identity_of(file_) && !in_place(); }
+
+bool Database::log_of_another() const {
+  std::error_code none;
+  const auto size = std::filesystem::file_size(file_ + kLogs[0], none);
+  return opened_logs_[0] != identity_of(file_ + kLogs[0]) && !none && size > 0;
+}
+
 StoreResult<void> Database::in_place() const {
-  if (!opened_ || opened_ == identity_of(file_)) return {};
+  if (!opened_) return {};
+  for (std::size_t i = 0; opened_ == identity_of(file_) && i < kLogs.size(); ++i) {
+    const std::string log = file_ + kLogs[i];
+    if (opened_logs_[i] && opened_logs_[i] != identity_of(log))
+      return std::unexpected(StoreError{
+          log +
+              ": was deleted, moved away or replaced while the daemon has it open: acknowledge, and it is made again; "
+              "what was stored is in the store",
+          true});
+  }
+  if (opened_ == identity_of(file_)) return {};
   return std::unexpected(StoreError{
       file_ +
           ": is no longer the file that the daemon opened, it was deleted, moved away or replaced: put it back, or "
@@ -165,7 +187,9 @@ StoreError Database::error(int code) {
   const char* const says = connection_ ? sqlite3_errmsg(connection_.get()) : sqlite3_errstr(code);
   const bool full = is_full(code, connection_.get());
   const int kind = code & 0xff;
-  StoreError error{file_ + ": " + says, full || kind == SQLITE_BUSY || kind == SQLITE_LOCKED};
+  const bool may_pass =
+      kind == SQLITE_BUSY || kind == SQLITE_LOCKED || kind == SQLITE_IOERR || kind == SQLITE_NOMEM;
+  StoreError error{file_ + ": " + says, full || may_pass};
   if (full) error.detail += "; make room on the disk";
   if (kind == SQLITE_IOERR && !full && !device_error_) device_error_ = error;
   return error;
@@ -173,7 +197,7 @@ StoreError Database::error(int code) {
 
 StoreResult<Transaction> Transaction::begin(Database& database) {
   if (const auto& failed = database.device_error()) {
-    return std::unexpected(StoreError{failed->detail + " (earlier); check the disk, then acknowledge"});
+    return std::unexpected(StoreError{failed->detail + " (earlier); check the disk, then acknowledge", true});
   }
   if (const StoreResult<void> there = database.in_place(); !there) return std::unexpected(there.error());
   // IMMEDIATE: whoever else writes is found out here, not in the middle.

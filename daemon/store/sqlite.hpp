@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 #include <sys/types.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -81,9 +82,15 @@ class Database {
   /// "cell.db: database or disk is full; make room on the disk": the file, what SQLite says and what to do.
   /// Remembers errors of the device.
   StoreError error(int code);
-  /// Whether the file that was opened to be written is still the one at its path: not deleted, moved away or
-  /// replaced.
+  /// Once there are the log and its index, which SQLite makes beside the file.
+  void watch_logs();
+  /// Whether the file that was opened to be written and its logs are still those at their paths: not deleted,
+  /// moved away or replaced.
   StoreResult<void> in_place() const;
+  /// Whether the file is in its place, and a log is not.
+  bool lost_log() const;
+  /// Whether another program has written to a log in place of the lost one.
+  bool log_of_another() const;
   /// The error of the device that this connection met first.
   const std::optional<StoreError>& device_error() const { return device_error_; }
 
@@ -93,12 +100,14 @@ class Database {
   };
   using Identity = std::optional<std::pair<dev_t, ino_t>>;  ///< device and inode; none: there is no file
   static Identity identity_of(const std::string& file);
+  static constexpr std::array<const char*, 2> kLogs{"-wal", "-shm"};
   static StoreResult<std::unique_ptr<Database>> open(const std::string& file, int flags,
                                                      const std::string& uri = {});
   Database(std::string file, sqlite3* connection) : file_{std::move(file)}, connection_{connection} {}
 
   std::string file_;
-  Identity opened_;  // none: not to be written
+  Identity opened_;                                 // none: not to be written
+  std::array<Identity, kLogs.size()> opened_logs_;  // none: not watched
   std::unique_ptr<sqlite3, Close> connection_;
   std::optional<StoreError> device_error_;
 };

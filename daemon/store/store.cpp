@@ -133,7 +133,9 @@ void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& point
 }
 
 Statement Store::Impl::inserted(const ModelRecord& m) {
-  Statement insert = database->prepare("INSERT INTO model VALUES (?,?,?,?,?,?,?,0,?,?)");
+  Statement insert = database->prepare(
+      "INSERT INTO model SELECT ?,?,?,?,?,?,?,0,?,? "
+      "WHERE NOT EXISTS (SELECT 1 FROM model WHERE id=?1 AND sha256=?9)");
   insert.bind(m.id).bind(m.created).bind(m.campaign_id).bind(m.robot_serial).bind(m.yaml);
   insert.bind(m.validation_before_mm).bind(m.validation_after_mm);
   insert.bind(m.largest_correction_deg).bind(text::sha256_hex(m.yaml));
@@ -164,6 +166,7 @@ StoreResult<Store> Store::open(const std::filesystem::path& file) {
   StoreResult<void> migrated = migrate(**database, file.string());
   if (migrated) migrated = transaction->commit();
   if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
+  (*database)->watch_logs();
   return Store{std::make_unique<Impl>(Impl{file, std::move(*database)})};
 }
 
@@ -215,12 +218,20 @@ StoreResult<std::uint64_t> Store::last_event_number() {
   return static_cast<std::uint64_t>(query.integer(0));
 }
 
-StoreResult<void> Store::in_place() { return impl_->database->in_place(); }
+StoreResult<void> Store::in_place() {
+  StoreResult<void> there = impl_->database->in_place();
+  if (!there && impl_->database->lost_log() && !impl_->database->log_of_another()) impl_->gather();
+  return there;
+}
 
 StoreResult<void> Store::try_again() {
   constexpr std::string_view kOperation = "trying the store again";
-  if (const StoreResult<void> there = in_place(); !there) return there;
-  if (impl_->database->device_error()) {
+  const bool lost_log = impl_->database->lost_log();
+  if (lost_log && impl_->database->log_of_another())
+    return std::unexpected(
+        StoreError{impl_->file.string() + "-wal: another program writes to the store; end it", true});
+  if (const StoreResult<void> there = in_place(); !there && !lost_log) return there;
+  if (impl_->database->device_error() || lost_log) {
     // The old connection goes only once there is another.
     StoreResult<std::unique_ptr<Database>> database = open_checked(kOperation, impl_->file.string());
     if (!database) return std::unexpected(database.error());
@@ -230,7 +241,9 @@ StoreResult<void> Store::try_again() {
   const StoreResult<std::string> gathered = impl_->database->value("PRAGMA wal_checkpoint(TRUNCATE)");
   if (!gathered) return std::unexpected(in(kOperation, gathered.error()));
   Statement write = impl_->database->prepare("UPDATE event_number SET last=last");
-  return impl_->commit(kOperation, {&write});
+  StoreResult<void> written = impl_->commit(kOperation, {&write});
+  if (written) impl_->database->watch_logs();
+  return written;
 }
 
 StoreResult<void> Store::begin_campaign(const CampaignRecord& c, const std::string& order, int total) {
@@ -265,7 +278,8 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
   Statement insert = impl_->database->prepare(
       "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, "
       "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, "
-      "resumption) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+      "resumption) SELECT ?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,? WHERE NOT EXISTS (SELECT 1 FROM point WHERE "
+      "campaign_id=?1 AND pose=?2 AND purpose=?3 AND q_actual=?6 AND smr=?8 AND x_mm IS ?9 AND time=?18)");
   insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(purpose_name(p.purpose));
   insert.bind(list_text(p.q_target))
       .bind(list_text(p.q_commanded))
@@ -281,8 +295,9 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
 }
 
 StoreResult<void> Store::add_skipped(const std::string& campaign_id, const SkippedPose& skipped) {
-  Statement insert =
-      impl_->database->prepare("INSERT INTO skipped (campaign_id, pose, reason, attempts) VALUES (?,?,?,?)");
+  Statement insert = impl_->database->prepare(
+      "INSERT INTO skipped (campaign_id, pose, reason, attempts) SELECT ?,?,?,? WHERE NOT "
+      "EXISTS (SELECT 1 FROM skipped WHERE campaign_id=?1 AND pose=?2 AND reason=?3 AND attempts=?4)");
   insert.bind(campaign_id)
       .bind(stored_pose(skipped.pose))
       .bind(skipped.reason)
@@ -474,6 +489,20 @@ StoreResult<std::vector<ToolInUse>> Store::tools_in_use() {
   };
   return all<ToolInUse>(impl_->database->prepare("SELECT number, campaign_id FROM tool ORDER BY number"),
                         +tool_of);
+}
+
+StoreResult<void> Store::keep_audit_head(const control::AuditHead& head) {
+  Statement keep = impl_->database->prepare("INSERT OR REPLACE INTO audit_head VALUES (?,?)");
+  keep.bind(static_cast<std::int64_t>(head.count)).bind(head.hash);
+  return impl_->commit("storing the end of the audit trail", {&keep});
+}
+
+StoreResult<std::vector<control::AuditHead>> Store::audit_heads() {
+  const auto head_of = [](const Statement& row) {
+    return control::AuditHead{static_cast<std::uint64_t>(row.integer(0)), row.text(1)};
+  };
+  return all<control::AuditHead>(
+      impl_->database->prepare("SELECT count, sha256 FROM audit_head ORDER BY count"), +head_of);
 }
 
 StoreResult<void> Store::keep_armed(const std::string& since) {

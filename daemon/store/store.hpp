@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/identify/measurement.hpp"
+#include "daemon/store/audit_witness.hpp"
 #include "daemon/store/backup.hpp"
 #include "daemon/store/event_archive.hpp"
 #include "daemon/store/store_error.hpp"
@@ -77,8 +78,8 @@ struct CampaignRecord {
   std::string state;                 ///< "running", "done", "aborted", "failed", "interrupted"
   std::string reason;  ///< for aborted, failed and interrupted, and why a model was not activated
   std::string robot_model, robot_serial, tracker_model, tracker_serial;
-  std::string model_id;      ///< of the model that it made, or empty
-  std::string document;      ///< the calibration document (JSON), or empty
+  std::string model_id;  ///< of the model that it made, or empty
+  std::string document;  ///< the calibration document (JSON), or empty
   /// Of the document, by the store when the campaign ended; empty: ended before documents carried it.
   std::string document_sha256{};
   std::string started_by{};  ///< the name of who did; empty: not known
@@ -114,7 +115,7 @@ class CampaignPlans;
 /// the disk. After a failed write or sync nothing more is taken until try_again(): what the kernel still has
 /// of it is unknown. A full disk is no such failure; any call may be tried again.
 /// Not thread-safe: owned by the store thread. UUIDs and times are the caller's.
-class Store final : public EventArchive {
+class Store final : public EventArchive, public AuditWitness {
  public:
   /// Opens or makes the file, checks it and brings its schema up to date.
   static StoreResult<Store> open(const std::filesystem::path& file);
@@ -137,7 +138,8 @@ class Store final : public EventArchive {
   /// The last number that was reserved for events.
   StoreResult<std::uint64_t> last_event_number();
 
-  /// Whether its file is still the one at its path: what is written to another one is lost.
+  /// Whether its file and its log are still those at their paths: what is written to others is lost. What a
+  /// lost log holds is brought into the file.
   StoreResult<void> in_place();
   /// After a failure: opens the file anew, and so checks it, where its device failed, and writes to it.
   /// @return whether it can be used again
@@ -147,6 +149,8 @@ class Store final : public EventArchive {
   /// @param total  poses over all phases as they are known then
   StoreResult<void> begin_campaign(const CampaignRecord& campaign, const std::string& order = "",
                                    int total = 0);
+  // What a campaign writes may be written again, as after an error of which nobody knows whether it came
+  // before or after the commit: it is kept once.
   StoreResult<void> add_point(const std::string& campaign_id, const StoredPoint& point);
   StoreResult<void> add_skipped(const std::string& campaign_id, const SkippedPose& skipped);
   /// Writes state, end, reason, model and document of a campaign, and in the same transaction the model that
@@ -174,6 +178,9 @@ class Store final : public EventArchive {
   /// From now on the tool that this campaign measured is in force under its number; none without a campaign.
   StoreResult<void> use_tool(int number, const std::string& campaign_id);
   StoreResult<std::vector<ToolInUse>> tools_in_use();  ///< in the order of their numbers
+
+  StoreResult<void> keep_audit_head(const control::AuditHead& head) override;
+  StoreResult<std::vector<control::AuditHead>> audit_heads() override;
 
   /// @param since  RFC 3339, when the stream was armed; empty: it is not
   StoreResult<void> keep_armed(const std::string& since);

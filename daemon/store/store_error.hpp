@@ -7,7 +7,8 @@ namespace truepose::daemon {
 
 struct StoreError {
   std::string detail;     ///< what SQLite said, in which operation, on which file
-  bool may_pass = false;  ///< waiting may help: a full disk, a file that somebody else writes
+  bool may_pass = false;  ///< waiting may help: a full disk, one that fails for a moment, a file that
+                          ///< somebody else writes
 };
 template <typename T>
 using StoreResult = std::expected<T, StoreError>;

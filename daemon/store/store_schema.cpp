@@ -248,6 +248,14 @@ constexpr const char* kSchema12 = R"sql(
 ALTER TABLE campaign ADD COLUMN document_sha256 TEXT NOT NULL DEFAULT '';
 )sql";
 
+// The store knows where the audit trail ended, so that one that became shorter is found.
+constexpr const char* kSchema13 = R"sql(
+CREATE TABLE audit_head (
+  count  INTEGER PRIMARY KEY,
+  sha256 TEXT NOT NULL
+) STRICT;
+)sql";
+
 }  // namespace
 
 StoreResult<int> known_version(sqlite::Database& database, const std::string& file) {
@@ -286,6 +294,7 @@ StoreResult<void> migrate(sqlite::Database& database, const std::string& file) {
   if (*version < 10) steps += kSchema10;
   if (*version < 11) steps += kSchema11;
   if (*version < 12) steps += kSchema12;
+  if (*version < 13) steps += kSchema13;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 

@@ -4,6 +4,7 @@
 
 #include "proto/control/json_text.hpp"
 #include "proto/record/json_io.hpp"
+#include "proto/text/device_text.hpp"
 #include "proto/text/digest.hpp"
 
 namespace truepose::control {
@@ -88,9 +89,14 @@ std::expected<std::string, std::string> token_in(std::string_view text) {
 
 std::string access_name_fault(const std::string& name) {
   constexpr std::size_t kLongest = 64;
-  const bool shown = std::ranges::all_of(name, [](unsigned char c) { return c >= ' ' && c != 127; });
-  const bool fits = !name.empty() && name.size() <= kLongest && shown;
-  return fits ? "" : "expected 1 to 64 bytes without control characters";
+  if (name.empty() || name.size() > kLongest || text::device_text(name) != name)
+    return "expected 1 to 64 bytes of UTF-8 without control characters, and no blank at either end";
+  std::string lower = name;
+  std::ranges::transform(lower, lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + ('a' - 'A')) : c;
+  });
+  const bool reserved = lower == kTokenFileName || lower == kDaemonName || lower.starts_with(kLocalUserStart);
+  return reserved ? "the daemon itself uses this name; take another" : "";
 }
 
 AccessEntry entry_for_token(std::string name, Role role, std::string_view token) {

@@ -50,6 +50,11 @@ std::string new_access_token();
 /// @return it, or one phrase
 std::expected<std::string, std::string> token_in(std::string_view text);
 
+// What the daemon calls itself and those who need no entry: no entry has such a name, in whatever case.
+inline constexpr const char* kDaemonName = "trueposed";
+inline constexpr const char* kTokenFileName = "token file";  ///< who shows the token file's token
+inline constexpr const char* kLocalUserStart = "uid ";       ///< and a number: who comes over the Unix socket
+
 /// Why somebody cannot be called this; empty: he can.
 std::string access_name_fault(const std::string& name);
 

@@ -35,18 +35,32 @@ std::optional<json::object> record_behind(const AuditHead& end, const std::strin
 
 }  // namespace
 
-std::expected<AuditHead, std::string> follow_audit(std::istream& trail,
+std::optional<AuditHead> audit_base(std::istream& trail) {
+  std::string line;
+  const bool whole = std::getline(trail, line) && !trail.eof();
+  trail.clear();
+  trail.seekg(0);
+  if (!whole) return std::nullopt;
+  const auto parsed = parse_json(line);
+  if (!parsed || !parsed->is_object()) return std::nullopt;
+  const json::value *n = parsed->get_object().if_contains("n"),
+                    *before = parsed->get_object().if_contains("before");
+  if (!n || !n->is_int64() || n->get_int64() < 1 || !before || !before->is_string()) return std::nullopt;
+  return AuditHead{static_cast<std::uint64_t>(n->get_int64()) - 1, std::string{before->get_string()}};
+}
+
+std::expected<AuditHead, std::string> follow_audit(std::istream& trail, AuditHead end,
                                                    const std::function<void(const AuditLine&)>& each) {
-  AuditHead end;
   std::uint64_t offset = 0;
   std::string line;
   while (std::getline(trail, line) && !trail.eof()) {
     const auto record = record_behind(end, line);
     if (!record)
-      return std::unexpected("line " + std::to_string(end.count + 1) + " was changed, or the one before it");
+      return std::unexpected("record " + std::to_string(end.count + 1) +
+                             " was changed, or the one before it");
     end = {end.count + 1, text::sha256_hex(line)};
     offset += line.size() + 1;
-    if (each) each({offset, *record});
+    if (each) each({offset, *record, end});
   }
   return end;
 }

@@ -5,6 +5,7 @@
 #include <expected>
 #include <functional>
 #include <istream>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -26,12 +27,17 @@ std::string audit_line(AuditHead& end, boost::json::object record);
 struct AuditLine {
   std::uint64_t end = 0;  ///< offset of the byte behind it
   boost::json::object record;
+  AuditHead head;  ///< of the trail that ends with it
 };
 
-/// Reads a trail from its beginning, line by line, and sees that each is the one that was written behind the
-/// line before. A last line that does not end is none.
-/// @return its end; else which line is not what was written there: "line 17 was changed, or a line before it"
-std::expected<AuditHead, std::string> follow_audit(std::istream& trail,
+/// Where a file of a trail begins: behind which record its first line was written. None: it has no line, or
+/// its first one is no record. Leaves the stream at its beginning.
+std::optional<AuditHead> audit_base(std::istream& trail);
+
+/// Reads a trail, or a file of it that begins behind `base`, line by line, and sees that each is the one that
+/// was written behind the line before. A last line that does not end is none.
+/// @return its end; else which record is not what was written: "record 17 was changed, or the one before it"
+std::expected<AuditHead, std::string> follow_audit(std::istream& trail, AuditHead base,
                                                    const std::function<void(const AuditLine&)>& each = {});
 
 /// The end of a trail, kept beside it: of a trail that lost its last lines nothing else tells.

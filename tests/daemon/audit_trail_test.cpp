@@ -5,8 +5,10 @@
 
 #include <cerrno>
 #include <csignal>
+#include <functional>
 
 #include "daemon/control/disk_advice.hpp"
+#include "proto/text/digest.hpp"
 #include "tests/daemon/full_disk.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
@@ -47,7 +49,7 @@ TEST_F(AuditTrailTest, GoesOnBehindWhatIsThere) {
   EXPECT_EQ(found[0].at("who").as_string(), "Bert");
   EXPECT_EQ(found[1].at("method").as_string(), "2");
   EXPECT_EQ(trail.records(2, 5).value().size(), 1U);
-  EXPECT_EQ(verify_audit(file())->count, 4U);
+  EXPECT_EQ(verify_audit(file())->end.count, 4U);
 }
 
 TEST_F(AuditTrailTest, ShowsAnyByteThatWasChangedInEitherFile) {
@@ -97,7 +99,7 @@ TEST_F(AuditTrailTest, ShowsAnyLineThatWasTakenAwayDoubledOrMoved) {
 TEST_F(AuditTrailTest, IsNotCalledSoundWhereThereIsNone) {
   EXPECT_THAT(verify_audit(file()).error(), HasSubstr("there is none"));
   open();  // makes both files, of no record
-  EXPECT_EQ(verify_audit(file())->count, 0U);
+  EXPECT_EQ(verify_audit(file())->end.count, 0U);
 }
 
 TEST_F(AuditTrailTest, IsNeitherSoundNorChangedWhereItCannotBeRead) {
@@ -114,21 +116,157 @@ TEST_F(AuditTrailTest, IsNeitherSoundNorChangedWhereItCannotBeRead) {
     EXPECT_FALSE(AuditTrail::open(file(), "2026-11-24T12:00:00.000Z"));
     fs::remove(unreadable);
     put(unreadable, good);
-    EXPECT_EQ(open().put_aside(), "");
+    EXPECT_EQ(open().fault(), "");
   }
-  EXPECT_EQ(verify_audit(file())->count, 3U);
+  EXPECT_EQ(verify_audit(file())->end.count, 3U);
 }
 
-TEST_F(AuditTrailTest, PutsATrailAsideThatWasChangedAndSaysSo) {
+/// Somebody acknowledges what stands, as the daemon puts it on record.
+void acknowledge(AuditTrail& trail) {
+  const auto asked =
+      trail.append({{"who", "Anna"}, {"method", "audit.acknowledge"}, {"params", {{"name", "Anna Beer"}}}});
+  ASSERT_TRUE(trail.append({{"of", asked.value()}, {"result", "ok"}}));
+  trail.acknowledge();
+}
+
+TEST_F(AuditTrailTest, IsNotSoundAfterItWasPutAsideUntilSomebodyAcknowledgesThat) {
   write(3);
   std::string bad = text_of(file());
   bad[bad.find("Anna")] = 'H';
   put(file(), bad);
+  {
+    AuditTrail trail = open();
+    EXPECT_THAT(trail.fault(), HasSubstr("record 2 was changed, or the one before it; it is kept as"));
+    EXPECT_EQ(text_of(file().string() + ".changed-2026-11-24T12:00:00.000Z"), bad);
+    EXPECT_THAT(trail.records(9, 1).value()[0].at("put_aside").as_string().c_str(), HasSubstr("record 2"));
+    EXPECT_EQ(trail.count(), 4U) << "behind the last record that anybody knows of";
+    EXPECT_EQ(verify_audit(file())->faults.at(0).acknowledged_by, "");
+  }
   AuditTrail trail = open();
-  EXPECT_THAT(trail.put_aside(), HasSubstr("line 2 was changed, or the one before it"));
-  EXPECT_EQ(text_of(file().string() + ".changed-2026-11-24T12:00:00.000Z"), bad);
-  EXPECT_THAT(trail.records(9, 1).value()[0].at("put_aside").as_string().c_str(), HasSubstr("line 2"));
-  EXPECT_TRUE(verify_audit(file()));
+  EXPECT_THAT(trail.fault(), HasSubstr("record 2")) << "nor by a restart";
+  acknowledge(trail);
+  EXPECT_EQ(trail.fault(), "");
+  EXPECT_EQ(verify_audit(file())->faults.at(0).acknowledged_by, "Anna Beer (Anna)");
+  EXPECT_EQ(open().fault(), "");
+}
+
+TEST_F(AuditTrailTest, ShowsThirteenWaysOfTamperingBeforeAndAfterARestart) {
+  write(6);
+  const std::string trail = text_of(file()), end = text_of(head());
+  const auto line = [&](std::size_t n) {
+    std::size_t begin = 0;
+    for (std::size_t i = 1; i < n; ++i) begin = trail.find('\n', begin) + 1;
+    return std::pair{begin, trail.find('\n', begin) + 1 - begin};
+  };
+  // What an hour ago was there, whole.
+  TempFolder earlier;
+  const fs::path old = audit_file_of(earlier.path() / "cell.sqlite");
+  {
+    auto of_then = AuditTrail::open(old, "t");
+    for (int i = 0; i < 3; ++i)
+      ASSERT_TRUE(of_then->append({{"who", "Anna"}, {"method", std::to_string(i)}}));
+  }
+  std::vector<control::AuditHead> known{{6, control::read_head(end)->hash}};
+  struct Way {
+    const char* name;
+    std::function<void()> tamper;
+  };
+  const std::vector<Way> ways{
+      {"a byte changed", [&] { put(file(), std::string{trail}.replace(trail.find("Anna"), 1, "H")); }},
+      {"a line removed", [&] { put(file(), std::string{trail}.erase(line(3).first, line(3).second)); }},
+      {"the first line removed", [&] { put(file(), std::string{trail}.erase(0, line(1).second)); }},
+      {"the last line removed", [&] { put(file(), trail.substr(0, line(6).first)); }},
+      {"the last line removed, and the end written to fit",
+       [&] {
+         put(file(), trail.substr(0, line(6).first));
+         const std::string last = trail.substr(line(5).first, line(5).second - 1);
+         put(head(), control::head_text({5, text::sha256_hex(last)}));
+       }},
+      {"two lines swapped",
+       [&] {
+         const std::string two = trail.substr(line(2).first, line(2).second),
+                           three = trail.substr(line(3).first, line(3).second);
+         put(file(), std::string{trail}.replace(line(2).first, two.size() + three.size(), three + two));
+       }},
+      {"a line twice",
+       [&] {
+         put(file(), std::string{trail}.insert(line(3).first, trail.substr(line(3).first, line(3).second)));
+       }},
+      {"something appended", [&] { put(file(), trail + "{\"n\":7,\"before\":\"0\"}\n"); }},
+      {"cut in the middle of a line", [&] { put(file(), trail.substr(0, trail.size() / 2)); }},
+      {"emptied", [&] { put(file(), ""); }},
+      {"deleted", [&] { fs::remove(file()); }},
+      {"its end deleted", [&] { fs::remove(head()); }},
+      {"its end changed", [&] { put(head(), std::string{end}.replace(30, 1, end[30] == '0' ? "1" : "0")); }},
+      {"both deleted",
+       [&] {
+         fs::remove(file());
+         fs::remove(head());
+       }},
+      {"replaced by that of an hour ago, with its end",
+       [&] {
+         put(file(), text_of(old));
+         put(head(), text_of(audit_head_of(old)));
+       }},
+      {"replaced by a new one, with its end",
+       [&] {
+         fs::remove(file());
+         fs::remove(head());
+         auto made = AuditTrail::open(file(), "t");
+         for (int i = 0; i < 9; ++i) ASSERT_TRUE(made->append({{"who", "Eve"}}));
+       }},
+  };
+  for (const Way& way : ways) {
+    SCOPED_TRACE(way.name);
+    for (const fs::directory_entry& left : fs::directory_iterator{folder_.path()}) fs::remove(left);
+    put(file(), trail);
+    put(head(), end);
+    ASSERT_TRUE(verify_audit(file(), known));
+    way.tamper();
+    EXPECT_FALSE(verify_audit(file(), known));
+    for (int restarts = 0; restarts < 2; ++restarts) {
+      auto opened = AuditTrail::open(file(), "t", known);
+      ASSERT_TRUE(opened) << opened.error();
+      EXPECT_NE(opened->fault(), "");
+      ASSERT_TRUE(opened->append({{"who", "Anna"}}));
+      const auto report = verify_audit(file(), known);
+      ASSERT_TRUE(report) << report.error();
+      EXPECT_EQ(report->faults.size(), 1U);
+      EXPECT_EQ(report->faults[0].acknowledged_by, "");
+    }
+  }
+}
+
+TEST_F(AuditTrailTest, GoesOnInANewFileWhereOneIsFullAndIsOneTrail) {
+  constexpr std::uint64_t kFull = 600;
+  for (int start = 0; start < 4; ++start) {
+    auto trail = AuditTrail::open(file(), "t", {}, kFull);
+    ASSERT_TRUE(trail) << trail.error();
+    for (int i = 0; i < 10; ++i) ASSERT_TRUE(trail->append({{"who", "Anna"}, {"method", std::to_string(i)}}));
+    const json::array found = trail->records(100, 100).value();
+    ASSERT_EQ(found.size(), trail->count());
+    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i].at("n"), json::value(found.size() - i));
+    EXPECT_EQ(trail->records(5, 2).value()[0].at("n"), 4);
+  }
+  const auto full = full_audit_files(file());
+  ASSERT_TRUE(full) << full.error();
+  ASSERT_GT(full->size(), 4U);
+  EXPECT_EQ(full->front().first, 1U);
+  const auto report = verify_audit(file());
+  ASSERT_TRUE(report) << report.error();
+  EXPECT_EQ(report->end.count, 40U);
+  for (const FullAuditFile& one : *full) {
+    const std::string good = text_of(one.file);
+    put(one.file, std::string{good}.replace(good.find("Anna"), 1, "H"));
+    EXPECT_FALSE(verify_audit(file())) << one.file;
+    fs::remove(one.file);
+    EXPECT_FALSE(verify_audit(file())) << one.file;
+    put(one.file, good);
+  }
+  // The power went as the next one was begun.
+  fs::rename(file(), full_audit_file(file(), full->back().last + 1, 40));
+  EXPECT_EQ(open().fault(), "");
+  EXPECT_EQ(verify_audit(file())->end.count, 40U);
 }
 
 TEST_F(AuditTrailTest, ForgetsALineThatAPowerCutLeftInParts) {
@@ -137,10 +275,10 @@ TEST_F(AuditTrailTest, ForgetsALineThatAPowerCutLeftInParts) {
   put(file(), good + "{\"n\":4,\"before\":\"");
   {
     AuditTrail trail = open();
-    EXPECT_EQ(trail.put_aside(), "");
+    EXPECT_EQ(trail.fault(), "");
     EXPECT_EQ(trail.append({{"who", "Bert"}}), 4U);
   }
-  EXPECT_EQ(verify_audit(file())->count, 4U);
+  EXPECT_EQ(verify_audit(file())->end.count, 4U);
 }
 
 TEST_F(AuditTrailTest, TakesALineWhoseEndWasNotYetKept) {
@@ -151,8 +289,8 @@ TEST_F(AuditTrailTest, TakesALineWhoseEndWasNotYetKept) {
     ASSERT_TRUE(trail.append({{"who", "Bert"}}));
   }
   put(head(), three);
-  EXPECT_EQ(open().put_aside(), "");
-  EXPECT_EQ(verify_audit(file())->count, 4U);
+  EXPECT_EQ(open().fault(), "");
+  EXPECT_EQ(verify_audit(file())->end.count, 4U);
 }
 
 TEST_F(AuditTrailTest, SaysThatTheDiskIsFullAndGoesOnOnceItIsNot) {
@@ -167,7 +305,7 @@ TEST_F(AuditTrailTest, SaysThatTheDiskIsFullAndGoesOnOnceItIsNot) {
     const auto refused = trail.append({{"who", std::string(200, 'x')}});
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
     EXPECT_FALSE(refused);
-    EXPECT_EQ(verify_audit(file())->count, count);
+    EXPECT_EQ(verify_audit(file())->end.count, count);
     EXPECT_EQ(trail.append({{"who", "Anna"}}), count + 1);
   }
   std::signal(SIGXFSZ, SIG_DFL);
@@ -198,7 +336,7 @@ TEST_F(AuditTrailTest, OwesWhatTheDiskDoesNotTakeAndWritesItBeforeWhatFollows) {
   EXPECT_EQ(found[1].at("method").as_string(), "3");
   EXPECT_EQ(found[1].at("owed"), true);
   EXPECT_FALSE(found[0].as_object().contains("owed"));
-  EXPECT_EQ(verify_audit(file())->count, 4U);
+  EXPECT_EQ(verify_audit(file())->end.count, 4U);
 }
 
 TEST_F(AuditTrailTest, CountsWhatItCannotEvenKeepInMemory) {

@@ -78,6 +78,27 @@ TEST_F(CampaignServiceTest, StandsStillWhileItIsPausedAndGoesOn) {
   EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
 }
 
+TEST_F(CampaignServiceTest, PausesWhereThereIsNoMemoryToComputeAndGoesOnOnceThereIs) {
+  load();
+  bool no_memory = true;
+  compute_thread.before_each_job = [&] {
+    if (no_memory) throw std::bad_alloc{};
+  };
+  play([&]() -> Wait {
+    EXPECT_TRUE(co_await ask("campaign.start"));
+    Answer now = co_await ask("cell.status");
+    for (; now->at("state") != "paused"; now = co_await ask("cell.status")) co_await pass(1s);
+    EXPECT_THAT(now->at("state_text").as_string().c_str(), HasSubstr("the PC has no memory"));
+    EXPECT_TRUE(co_await ask("campaign.resume"));
+    co_await pass(1s);
+    EXPECT_EQ((co_await ask("cell.status"))->at("state"), "paused") << "there still is none";
+    no_memory = false;
+    EXPECT_TRUE(co_await ask("campaign.resume"));
+    co_await campaign_ended();
+  });
+  EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
+}
+
 TEST_F(CampaignServiceTest, SaysWhyItIsPausedWhereNobodyIsInCommandAnyMore) {
   play([&]() -> Wait {
     const Answer started = co_await ask("campaign.start");

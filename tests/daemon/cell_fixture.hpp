@@ -34,10 +34,12 @@ namespace truepose::daemon {
 /// Does its jobs in place, so that virtual time stands still meanwhile.
 struct InPlaceWorker final : Worker {
   boost::asio::awaitable<void> run(std::function<void()> job) override {
+    if (before_each_job) before_each_job();
     job();
     if (after_each_job) after_each_job();
     co_return;
   }
+  std::function<void()> before_each_job;
   std::function<void()> after_each_job;
 };
 

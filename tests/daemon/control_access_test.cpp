@@ -32,6 +32,11 @@ class WillingCell : public CellService {
   asio::awaitable<std::expected<json::value, control::RpcError>> pause(std::string, std::string) override {
     co_return json::object{};
   }
+  void stand(bool stands, const ServerFault& fault) override {
+    standing.erase(fault.code);
+    if (stands) standing[fault.code] = fault.text;
+  }
+  std::map<std::string, std::string> standing;
 };
 
 std::string token_of(Role role) { return "token of one who is " + std::string{control::name(role)}; }
@@ -165,10 +170,16 @@ TEST_F(ControlAccess, RevokesAsSoonAsTheFileCanBeReadAgain) {
   EXPECT_FALSE(list.refresh().value());
 }
 
-TEST_F(ControlAccess, StartsOnlyWithAnAccessFileThatOthersCannotRead) {
+TEST_F(ControlAccess, LetsInTheTokenFileAloneWhileTheAccessFileCannotBeUsed) {
   write_access(one_of_each_role());
   fs::permissions(access_file(), fs::perms::others_read, fs::perm_options::add);
-  EXPECT_THAT(try_start({"127.0.0.1", 0}).text, HasSubstr("chmod 600"));
+  const auto port = serve();
+  EXPECT_EQ(Client::code_of(Client{port}.hello(token_of(Role::Viewer))), -32001);
+  EXPECT_EQ(Client::code_of(Client{port}.hello()), 0);
+  on_loop([this] { EXPECT_THAT(willing_.standing.at("E_ACCESS"), HasSubstr("chmod 600")); });
+  write_access(one_of_each_role());
+  EXPECT_EQ(Client::code_of(Client{port}.hello(token_of(Role::Viewer))), 0);
+  on_loop([this] { EXPECT_FALSE(willing_.standing.contains("E_ACCESS")); });
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 // Who may command when somebody else has control, what is done twice, and what stands on record.
-#include <fcntl.h>
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <algorithm>
 
@@ -23,7 +21,8 @@ using testing::HasSubstr;
 class CountingCell : public CellService {
  public:
   std::vector<std::string> methods() const override {
-    return {"campaign.pause", "campaign.start", "model.activate", "stream.stop"};
+    return {"campaign.abort",  "campaign.pause", "campaign.start",   "cell.acknowledge", "cell.connect",
+            "cell.disconnect", "model.activate", "model.deactivate", "stream.disarm",    "stream.stop"};
   }
   asio::awaitable<std::expected<json::value, control::RpcError>> call(std::string method, json::object params,
                                                                       std::string by) override {
@@ -47,31 +46,13 @@ class CountingCell : public CellService {
     co_return json::object{};
   }
   void unrecorded(const std::string& why) override { whys.push_back(why); }
+  void stand(bool stands, const ServerFault& fault) override {
+    standing.erase(fault.code);
+    if (stands) standing[fault.code] = fault.text;
+  }
   std::vector<std::string> calls, callers, whys;
+  std::map<std::string, std::string> standing;
   std::function<void()> release;
-};
-
-/// Under a file that this process has open, a disk that fails (EIO): memory that there is not.
-class BrokenFile {
- public:
-  explicit BrokenFile(const fs::path& file) : broken_{::open("/proc/self/mem", O_RDWR | O_CLOEXEC)} {
-    for (const fs::directory_entry& each : fs::directory_iterator{"/proc/self/fd"}) {
-      std::error_code gone;
-      if (fs::read_symlink(each.path(), gone) == file) descriptor_ = std::stoi(each.path().filename());
-    }
-    whole_ = ::dup(descriptor_);
-    ::dup2(broken_, descriptor_);
-  }
-  ~BrokenFile() {
-    ::dup2(whole_, descriptor_);
-    ::close(whole_);
-    ::close(broken_);
-  }
-  BrokenFile(const BrokenFile&) = delete;
-  BrokenFile& operator=(const BrokenFile&) = delete;
-
- private:
-  int broken_, descriptor_ = -1, whole_ = -1;
 };
 
 class ControlCommands : public ControlServerTest {
@@ -134,25 +115,75 @@ TEST_F(ControlCommands, OfOthersAreRefusedWhileSomebodyHasControl) {
   const auto port = serve();
   const auto anna = session(port, "Anna"), bert = session(port, "Bert"), anna_too = session(port, "Anna");
   EXPECT_EQ(anna->call("control.acquire", {{"lease_s", 60}}).result->at("left_s").as_int64(), 60);
-  const Reply refused = bert->call("stream.stop");
+  const Reply refused = bert->call("cell.connect");
   EXPECT_EQ(Client::code_of(refused), -32008);
   EXPECT_THAT(refused.result.error().message, HasSubstr("Anna (operator) has control, for 60 s more"));
   EXPECT_EQ(bert->code("control.acquire"), -32008);
   EXPECT_EQ(bert->code("control.takeover"), -32008) << "from one of the same role";
-  EXPECT_EQ(anna_too->code("stream.stop"), 0) << "a panel's second connection";
-  EXPECT_THAT(calls(), ElementsAre("stream.stop"));
+  EXPECT_EQ(anna_too->code("cell.connect"), 0) << "a panel's second connection";
+  EXPECT_THAT(calls(), ElementsAre("cell.connect"));
   EXPECT_EQ(bert->call("control.release").result->at("holder").as_string(), "Anna") << "not his to give back";
   EXPECT_EQ(anna->code("control.release"), 0);
-  EXPECT_EQ(bert->code("stream.stop"), 0);
+  EXPECT_EQ(bert->code("cell.connect"), 0);
+}
+
+TEST_F(ControlCommands, ThatTakeMotionOrControlAwayAreEverybodysWhoeverHasControl) {
+  const auto port = serve();
+  const auto anna = session(port, "Anna"), bert = session(port, "Bert"), chef = session(port, "Chef");
+  anna->call("control.acquire");
+  for (const char* const stop : {"campaign.pause", "campaign.abort", "stream.stop", "stream.disarm",
+                                 "cell.disconnect", "cell.acknowledge"})
+    EXPECT_EQ(bert->code(stop), 0) << stop;
+  EXPECT_EQ(chef->code("model.deactivate"), 0);
+  EXPECT_EQ(bert->code("cell.connect"), -32008);
+  EXPECT_EQ(bert->call("control.get").result->at("holder").as_string(), "Anna") << "who keeps it";
+}
+
+TEST_F(ControlCommands, OfOthersAreRefusedForAMinuteAtMost) {
+  const auto anna = session(serve(), "Anna");
+  EXPECT_EQ(anna->code("control.acquire", {{"lease_s", 61}}), -32602);
+  EXPECT_EQ(anna->code("control.takeover", {{"lease_s", 61}}), -32602);
+}
+
+TEST_F(ControlCommands, AreEverybodysTenSecondsAfterTheHoldersLastConnection) {
+  const auto port = serve({.idle = 1h});
+  auto anna = session(port, "Anna"), anna_too = session(port, "Anna");
+  const auto bert = session(port, "Bert");
+  bert->call("events.subscribe", {{"topics", {"control"}}});
+  anna->call("control.acquire", {{"lease_s", 60}});
+  EXPECT_EQ(bert->event().data.at("change").as_string(), "acquired");
+  const auto leave = [&](std::unique_ptr<Client>& who, std::size_t left) {
+    who.reset();
+    await("the connection has ended", [&] {
+      std::size_t open = 0;
+      on_loop([&] { open = server_->load().sessions; });
+      return open == left;
+    });
+  };
+  leave(anna_too, 2);
+  advance(15s);
+  EXPECT_EQ(bert->code("cell.connect"), -32008) << "she has another";
+  leave(anna, 1);
+  advance(8s);
+  EXPECT_EQ(bert->call("control.get").result->at("left_s").as_int64(), 2);
+  anna = session(port, "Anna");
+  EXPECT_EQ(bert->call("control.get").result->at("left_s").as_int64(), 37) << "she is back";
+  leave(anna, 1);
+  advance(10s);
+  const Event lost = bert->event();
+  EXPECT_EQ(lost.data.at("change").as_string(), "lost");
+  EXPECT_EQ(bert->event().data.at("method").as_string(), "campaign.pause");
+  EXPECT_THAT(calls(), ElementsAre("pause: the last connection of Anna, who had control, ended 10 s ago"));
+  EXPECT_EQ(bert->code("cell.connect"), 0);
 }
 
 TEST_F(ControlCommands, PassToAHigherRoleThatTakesControlOver) {
   const auto port = serve();
   const auto anna = session(port, "Anna"), chef = session(port, "Chef");
   anna->call("control.acquire");
-  EXPECT_EQ(chef->code("stream.stop"), -32008) << "before it is taken over";
+  EXPECT_EQ(chef->code("cell.connect"), -32008) << "before it is taken over";
   EXPECT_EQ(chef->call("control.takeover").result->at("holder").as_string(), "Chef");
-  EXPECT_EQ(anna->code("stream.stop"), -32008);
+  EXPECT_EQ(anna->code("cell.connect"), -32008);
 }
 
 TEST_F(ControlCommands, OfOneWhoDoesNotRenewControlAreFollowedByAPause) {
@@ -164,7 +195,7 @@ TEST_F(ControlCommands, OfOneWhoDoesNotRenewControlAreFollowedByAPause) {
   advance(8s);
   anna->call("control.acquire", {{"lease_s", 10}});
   advance(8s);
-  EXPECT_EQ(bert->code("stream.stop"), -32008) << "it was renewed";
+  EXPECT_EQ(bert->code("cell.connect"), -32008) << "it was renewed";
   advance(4s);
   const Event lost = bert->event();
   EXPECT_EQ(lost.data.at("change").as_string(), "lost");
@@ -181,8 +212,8 @@ TEST_F(ControlCommands, OfWhoTakesControlNextComeAfterThePause) {
   anna->call("control.acquire", {{"lease_s", 10}});
   advance(10s);
   EXPECT_EQ(bert->code("control.acquire"), 0);
-  EXPECT_EQ(bert->code("stream.stop"), 0);
-  EXPECT_THAT(calls(), ElementsAre("pause: Anna no longer renews its control", "stream.stop"));
+  EXPECT_EQ(bert->code("cell.connect"), 0);
+  EXPECT_THAT(calls(), ElementsAre("pause: Anna no longer renews its control", "cell.connect"));
 }
 
 TEST_F(ControlCommands, ArePausedForAtTheVeryEndOfALease) {
@@ -204,7 +235,7 @@ TEST_F(ControlCommands, AreEverybodysOnceWhoHadControlIsLetInNoMore) {
   const auto port = serve();
   const auto anna = session(port, "Anna"), bert = session(port, "Bert");
   bert->call("events.subscribe", {{"topics", {"control"}}});
-  anna->call("control.acquire", {{"lease_s", 3600}});
+  anna->call("control.acquire", {{"lease_s", 60}});
   EXPECT_EQ(bert->event().data.at("change").as_string(), "acquired");
   access.entries.pop_back();
   write_access(access);
@@ -323,9 +354,9 @@ TEST_F(ControlCommands, RefusedForWantOfControlMayComeAgainWithTheirId) {
   const auto port = serve();
   const auto anna = session(port, "Anna"), bert = session(port, "Bert");
   anna->call("control.acquire");
-  EXPECT_EQ(bert->code("stream.stop", {{"command_id", "b1"}}), -32008);
+  EXPECT_EQ(bert->code("cell.connect", {{"command_id", "b1"}}), -32008);
   anna->call("control.release");
-  EXPECT_EQ(bert->code("stream.stop", {{"command_id", "b1"}}), 0);
+  EXPECT_EQ(bert->code("cell.connect", {{"command_id", "b1"}}), 0);
 }
 
 TEST_F(ControlCommands, StandOnRecordWithWhatBecameOfThem) {
@@ -341,7 +372,7 @@ TEST_F(ControlCommands, StandOnRecordWithWhatBecameOfThem) {
       anna->call("audit.list", {{"before", 4}, {"limit", 1}}).result->at("records").at(0);
   EXPECT_EQ(record.at("from").as_string(), "loopback");
   EXPECT_EQ(record.at("params").at("id").as_string(), "x");
-  EXPECT_EQ(verify_audit(audit_file())->count, 4U);
+  EXPECT_EQ(verify_audit(audit_file())->end.count, 4U);
 }
 
 TEST_F(ControlCommands, PutOnRecordWhenControlChangesHandsAndNotThatItIsRenewed) {
@@ -372,19 +403,42 @@ TEST_F(ControlCommands, ThatCannotBePutOnRecordAreNotDone) {
   EXPECT_THAT(why_unrecorded(), ElementsAre(HasSubstr("audit trail cannot be written: File too large")));
 }
 
-TEST_F(ControlCommands, ThatCannotBePutOnRecordSayWhatHelpsAgainstThat) {
+TEST_F(ControlCommands, AreNotDoneWhileTheirTrailIsGoneAndItIsPutBackWithTheNameOfWhoSaysSo) {
   const auto port = serve();
   const auto anna = session(port, "Anna");
-  std::string why;
-  {
-    const BrokenFile broken{audit_file()};
-    const Reply refused = anna->call("campaign.start");
-    ASSERT_FALSE(refused.result);
-    why = refused.result.error().message;
+  Client admin{port};
+  admin.hello();
+  EXPECT_EQ(anna->code("cell.connect"), 0);
+  EXPECT_EQ(admin.code("audit.acknowledge", {{"name", "Anna Beer"}}), -32003) << "nothing is wrong";
+  for (const fs::path& lost : {audit_file(), audit_head_of(audit_file())}) {
+    fs::remove(lost);
+    await("it is found", [&] {
+      advance(1s);
+      return !why_unrecorded().empty();
+    });
+    EXPECT_THAT(why_unrecorded().front(), AllOf(HasSubstr(lost.string() + ": was deleted"),
+                                                HasSubstr("truepose audit acknowledge --name NAME")));
+    const std::size_t done = calls().size();
+    EXPECT_EQ(anna->code("cell.connect"), -32009);
+    EXPECT_EQ(anna->code("cell.acknowledge"), -32009) << "that does not put it back";
+    EXPECT_EQ(calls().size(), done) << "off record";
+    EXPECT_EQ(anna->code("stream.stop"), 0) << "but for what stops something";
+    EXPECT_EQ(anna->code("audit.acknowledge", {{"name", "Anna Beer"}}), -32002);
+    EXPECT_EQ(admin.code("audit.acknowledge", {{"name", " "}}), -32602);
+    const Reply acknowledged = admin.call("audit.acknowledge", {{"name", "Anna Beer"}});
+    ASSERT_TRUE(acknowledged.result) << acknowledged.result.error().message;
+    EXPECT_THAT(acknowledged.result->at("acknowledged").as_string().c_str(), HasSubstr("was deleted"));
+    EXPECT_EQ(anna->code("cell.connect"), 0);
+    on_loop([this] {
+      counting_.whys.clear();
+      EXPECT_FALSE(counting_.standing.contains("E_AUDIT"));
+    });
   }
-  EXPECT_THAT(why, AllOf(HasSubstr("Input/output error"),
-                         testing::EndsWith("; check the disk, then cell.acknowledge")));
-  EXPECT_THAT(why_unrecorded(), ElementsAre(HasSubstr("; check the disk")));
+  const auto report = verify_audit(audit_file());
+  ASSERT_TRUE(report) << report.error();
+  ASSERT_EQ(report->faults.size(), 2U);
+  EXPECT_EQ(report->faults[1].acknowledged_by, "Anna Beer (token file)");
+  EXPECT_EQ(report->end.count, 2 + 2 * (1 + 4 + 2 + 2)) << "nothing of it is lost";
 }
 
 TEST_F(ControlCommands, ThatStopSomethingAreDoneOnAFullDiskAndPutOnRecordWhenThereIsRoom) {
@@ -404,7 +458,7 @@ TEST_F(ControlCommands, ThatStopSomethingAreDoneOnAFullDiskAndPutOnRecordWhenThe
   EXPECT_THAT(on_record(*chef), ElementsAre("Anna stream.stop", "1 ok", "Anna control.acquire", "3 ok",
                                             "Chef control.takeover", "5 ok", "Chef stream.stop", "7 ok",
                                             "Chef campaign.pause", "9 ok", "Chef control.release", "11 ok"));
-  EXPECT_EQ(verify_audit(audit_file())->count, 12U);
+  EXPECT_EQ(verify_audit(audit_file())->end.count, 12U);
 }
 
 TEST_F(ControlCommands, AreWrittenDownByThemselvesOnceThereIsRoom) {

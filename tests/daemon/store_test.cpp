@@ -141,7 +141,8 @@ TEST_F(StoreTest, WritesTheEndOfACampaignWithItsModelAndItsActivationOrNothingOf
   CampaignRecord ended = campaign("c1");
   ended.state = "done";
   ended.model_id = "m0";
-  ModelRecord made = model("m0", "2026-08-17T11:00:00Z");  // an id that is taken
+  ModelRecord made = model("m0", "2026-08-17T11:00:00Z");  // an id that another model has
+  made.yaml += "# another\n";
   made.active = true;
   EXPECT_FALSE(store.end_campaign(ended, made));
   EXPECT_EQ(store.campaign("c1").value()->state, "running");
@@ -189,7 +190,8 @@ TEST_F(StoreTest, KeepsThePlanOfACampaignToTheLastBit) {
     poses = {{41, PointPurpose::Identify, point(2).q_target, point(2).q_target, 1}};
     ASSERT_TRUE(store.plans().add_planned("c1", poses, 41));
     ASSERT_TRUE(store.plans().keep_identified("c1", "abc"));
-    EXPECT_FALSE(store.plans().add_planned("c1", poses, 42)) << "a number that is taken";
+    poses.front().q_target *= 2;
+    EXPECT_FALSE(store.plans().add_planned("c1", poses, 42)) << "a number that another pose has";
   }
   Store store = open();
   const CampaignPlan plan = store.plans().plan("c1").value().value();
@@ -233,8 +235,8 @@ TEST_F(StoreTest, LetsAnInterruptedCampaignGoOnAndKeepsWhatWasFound) {
     ASSERT_TRUE(store.plans().resume("c1"));
     EXPECT_EQ(store.campaign("c1").value()->state, "running");
     EXPECT_TRUE(store.plans().interrupted()->empty());
-    ASSERT_TRUE(
-        store.plans().add_resumption("c1", {{"2026-08-17T11:00:00Z", "2026-08-17T12:00:00Z", "it moved"}, X}));
+    ASSERT_TRUE(store.plans().add_resumption(
+        "c1", {{"2026-08-17T11:00:00Z", "2026-08-17T12:00:00Z", "it moved"}, X}));
     StoredPoint later = point(7);
     later.resumption = 1;
     ASSERT_TRUE(store.add_point("c1", later));

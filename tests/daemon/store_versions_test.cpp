@@ -27,12 +27,12 @@ TEST_F(StoreVersionsTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=12");
+  execute("PRAGMA user_version=13");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
 TEST_F(StoreVersionsTest, BringsAFileOfBeforeCampaignsCouldGoOnUpToDate) {
-  for (const int version : {11, 10, 9, 8, 7, 6}) {
+  for (const int version : {12, 11, 10, 9, 8, 7, 6}) {
     SCOPED_TRACE(version);
     std::filesystem::remove(file_);
     {

@@ -77,6 +77,25 @@ TEST_F(StoreWatchTest, AFullDiskPausesACampaignWhichGoesOnWithItsPointOnceThereI
   EXPECT_TRUE(campaign.at("skipped").as_array().empty());
 }
 
+TEST_F(StoreWatchTest, ADiskThatFailsForAMomentPausesACampaignWhichGoesOnWithItsPoint) {
+  play([this]() -> Wait {
+    co_await ask("campaign.start");
+    co_await pass(1min);
+    disk.fail_after(0, test::FailingDisk::Fault::Broken, 3);
+    Answer now = co_await ask("cell.status");
+    for (; now->at("state") != "paused"; now = co_await ask("cell.status")) co_await pass(1s);
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STORE");
+    EXPECT_THAT(fault_of(*now), HasSubstr("disk I/O error"));
+    disk.mend();
+    EXPECT_TRUE(co_await ask("cell.acknowledge"));
+    EXPECT_TRUE(co_await ask("campaign.resume"));
+    co_await campaign_ended();
+  });
+  const json::value campaign = call("campaign.get", {{"points_limit", 100}}).value();
+  EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done");
+  EXPECT_EQ(campaign.at("points_total"), 28) << "each pose once";
+}
+
 TEST_F(StoreWatchTest, NothingNewIsBegunUntilItIsAcknowledged) {
   cell.store_failed({"cell.db: full", true});
   EXPECT_TRUE(stands("E_STORE"));
@@ -227,6 +246,40 @@ TEST_F(LostStoreTest, ActivatesNoModelWhetherItWasDeletedOrReplaced) {
   EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("is no longer the file"));
   EXPECT_EQ(status().at_pointer("/model/id"), "m1");
   put_back();
+  EXPECT_TRUE(call("model.activate", {{"id", "m2"}}));
+}
+
+TEST_F(LostStoreTest, ItsLogsAreFoundMissingWithinASecondAndNothingStoredIsLost) {
+  for (const bool replaced : {false, true}) {
+    EXPECT_TRUE(store->begin_campaign(
+        {.id = replaced ? "c8" : "c9", .started = "2026-08-17T10:00:00Z", .state = "running"}));
+    for (const char* log : {"-wal", "-shm"}) {
+      fs::remove(file.string() + log);
+      if (replaced) std::ofstream{file.string() + log};
+    }
+    EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("-wal: was deleted"));
+    play([this]() -> Wait {
+      co_await pass(2s);
+      EXPECT_THAT(fault_of(*co_await ask("cell.status")),
+                  AllOf(HasSubstr(file.string() + "-wal: was deleted"), HasSubstr("acknowledge")));
+    });
+    const fs::path copy = folder.path() / "copy";
+    fs::copy_file(file, copy, fs::copy_options::overwrite_existing);
+    EXPECT_TRUE(Store::open_to_read(copy)->campaign(replaced ? "c8" : "c9").value()) << "in the file alone";
+    EXPECT_TRUE(call("cell.acknowledge"));
+    EXPECT_TRUE(call("model.activate", {{"id", "m2"}}));
+    EXPECT_TRUE(call("model.activate", {{"id", "m1"}}));
+  }
+}
+
+TEST_F(LostStoreTest, ALogThatAnotherProgramWroteIsNotTakenForItsOwn) {
+  fs::remove(file.string() + "-wal");
+  std::ofstream{file.string() + "-wal"} << "frames of another";
+  play([this]() -> Wait { co_await pass(2s); });
+  EXPECT_THAT(fault(), HasSubstr("-wal: was deleted"));
+  EXPECT_THAT(refused("cell.acknowledge"), HasSubstr("another program writes to the store"));
+  fs::remove(file.string() + "-wal");
+  EXPECT_TRUE(call("cell.acknowledge"));
   EXPECT_TRUE(call("model.activate", {{"id", "m2"}}));
 }
 

@@ -14,6 +14,7 @@
 #include <set>
 #include <string>
 
+#include "daemon/control/audit_files.hpp"
 #include "proto/control/schema.hpp"
 #include "tests/await.hpp"
 #include "tests/integration/live_cell.hpp"
@@ -155,6 +156,8 @@ TEST_F(Examples, AreAnsweredByTheDaemonAsTheSchemaSays) {
   cell_.steer({{"kind", "eki-drop"}, {"lasts_ms", 6'000'000}});
   wait_for("fault");
   run_all({"cell.acknowledge", "audit.list", "events.unsubscribe", "control.release"});
+  std::filesystem::remove(daemon::audit_file_of(cell_.store_file()));
+  run_all({"audit.acknowledge"});
   EXPECT_THAT(run_, testing::UnorderedElementsAreArray(control::schema_methods()));
 }
 

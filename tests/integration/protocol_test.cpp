@@ -37,9 +37,10 @@ json::value schema() {
 
 TEST(TheControlProtocol, HasExactlyTheMethodsOfItsSchema) {
   std::vector<std::string> served = daemon::DaemonCell::method_names();
-  for (const char* own : {"session.challenge", "session.hello", "session.ping", "system.info",
-                          "events.subscribe", "events.unsubscribe", "job.get", "control.get",
-                          "control.acquire", "control.takeover", "control.release", "audit.list"})
+  for (const char* own :
+       {"session.challenge", "session.hello", "session.ping", "system.info", "events.subscribe",
+        "events.unsubscribe", "job.get", "control.get", "control.acquire", "control.takeover",
+        "control.release", "audit.list", "audit.acknowledge"})
     served.emplace_back(own);
   EXPECT_THAT(served, testing::UnorderedElementsAreArray(control::schema_methods()));
 }

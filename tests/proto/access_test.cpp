@@ -49,8 +49,20 @@ TEST(AccessFile, NamesWhatIsWrongInIt) {
   const AccessEntry entry = entry_for_token("x", Role::Viewer, "secret");
   EXPECT_EQ(error_of(access_text({{entry, entry}})), "\"x\" stands there twice");
   const AccessEntry nameless = entry_for_token("\n", Role::Viewer, "secret");
-  EXPECT_EQ(error_of(access_text({{nameless}})),
-            "access[0].name: expected 1 to 64 bytes without control characters");
+  EXPECT_EQ(
+      error_of(access_text({{nameless}})),
+      "access[0].name: expected 1 to 64 bytes of UTF-8 without control characters, and no blank at either end");
+}
+
+TEST(AccessFile, HasNoNameThatIsNotTextOrThatTheDaemonUsesForItself) {
+  for (const std::string& name : {std::string{}, std::string(65, 'x'), std::string{"M\xfcller"},
+                                  std::string{"a\x1b[2J"}, std::string{"trueposed "}, std::string{" Anna"}})
+    EXPECT_THAT(access_name_fault(name), HasSubstr("expected 1 to 64 bytes of UTF-8")) << name;
+  for (const char* const name :
+       {"token file", "Token File", "trueposed", "TRUEPOSED", "uid 0", "uid 1000", "UID 0"})
+    EXPECT_EQ(access_name_fault(name), "the daemon itself uses this name; take another") << name;
+  for (const char* const name : {"M\xc3\xbcller", "Anna Beer", "token", "panel 1", "uidoc"})
+    EXPECT_EQ(access_name_fault(name), "") << name;
 }
 
 }  // namespace

@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <thread>
 
+#include "daemon/control/audit_trail.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -13,6 +15,7 @@ namespace truepose {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -124,12 +127,37 @@ TEST_F(AccessCommand, IsOfACellWhoseAuditTrailIsVerified) {
   folder_.write("state/cell.sqlite.audit", "");
   EXPECT_EQ(verify({}).out, trail.string() + ": 0 records, none changed and none missing\n");
   EXPECT_EQ(verify({"--json"}).out, "{\"file\":\"" + trail.string() + "\",\"records\":0,\"head\":\"" +
-                                        std::string(64, '0') + "\"}\n");
+                                        std::string(64, '0') + "\",\"acknowledged\":[]}\n");
   folder_.write("state/cell.sqlite.audit", "{}\n");
   const Finished changed = verify({"--json"});
   EXPECT_EQ(changed.exit_code, 1);
   EXPECT_EQ(changed.out, "");
-  EXPECT_THAT(changed.err, HasSubstr("line 1 was changed"));
+  fs::remove(trail);
+  {
+    const auto of_cell =
+        daemon::AuditTrail::open(trail, "2026-11-28T10:00:00.000Z", std::array{control::AuditHead{7}});
+    ASSERT_TRUE(of_cell) << of_cell.error();
+  }
+  const Finished put_aside = verify({});
+  EXPECT_EQ(put_aside.exit_code, 1);
+  EXPECT_THAT(put_aside.err, AllOf(HasSubstr("before record 8: it is missing, and had 7 records at least"),
+                                   HasSubstr("nobody has acknowledged that")));
+  {
+    auto of_cell = daemon::AuditTrail::open(trail, "2026-11-28T10:00:00.000Z");
+    const boost::json::object asked{
+        {"who", "uid 0"}, {"method", "audit.acknowledge"}, {"params", {{"name", "Anna Beer"}}}};
+    ASSERT_EQ(of_cell->append(asked), 9U);
+    ASSERT_TRUE(of_cell->append({{"of", 9}, {"result", "ok"}}));
+  }
+  const Finished acknowledged = verify({});
+  EXPECT_EQ(acknowledged.exit_code, 0);
+  EXPECT_THAT(acknowledged.out,
+              AllOf(HasSubstr("acknowledged by Anna Beer (uid 0)"), HasSubstr(": 10 records,")));
+  const fs::path log =
+      folder_.write("log", "[info] audit trail: 12 records, head " + std::string(64, 'a') + "\n");
+  EXPECT_THAT(verify({"--journal", log}).err, HasSubstr("it has 10 records, and had 12"));
+  fs::remove(trail);
+  EXPECT_THAT(changed.err, HasSubstr("record 1 was changed"));
 }
 
 }  // namespace

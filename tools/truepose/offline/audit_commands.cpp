@@ -1,33 +1,83 @@
 // Whether the audit trail of a cell is what the daemon wrote.
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <regex>
+#include <sstream>
+#include <vector>
 
 #include "config/cell_config.hpp"
-#include "daemon/control/audit_trail.hpp"
+#include "config/text_file.hpp"
+#include "daemon/control/audit_files.hpp"
+#include "daemon/store/store.hpp"
 #include "proto/control/json_text.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 
 namespace truepose::tools {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct Verify {
   std::string cell_file;
+  fs::path journal;
   bool json = false;
 };
 
+/// Where the trail once ended, as the daemon has logged ("audit trail: 40 records, head 3f..").
+std::vector<control::AuditHead> logged_heads(const fs::path& journal) {
+  static const std::regex kLine{R"(audit trail: (\d{1,18}) records, head ([0-9a-f]{64}))"};
+  std::vector<control::AuditHead> heads;
+  std::istringstream text{config::read_text_file(journal)};
+  std::smatch found;
+  for (std::string line; std::getline(text, line);)
+    if (std::regex_search(line, found, kLine)) heads.push_back({std::stoull(found[1]), found[2]});
+  return heads;
+}
+
+/// What the store, and a log, know of the trail.
+std::vector<control::AuditHead> known_heads(const Verify& command, const fs::path& store) {
+  std::vector<control::AuditHead> heads;
+  if (!command.journal.empty()) heads = logged_heads(command.journal);
+  if (!fs::exists(store)) return heads;
+  auto opened = daemon::Store::open_to_read(store);
+  auto known = opened ? opened->audit_heads() : std::unexpected(opened.error());
+  if (!known)
+    throw CommandError{kFailed,
+                       "what the store knows of its audit trail cannot be read: " + known.error().detail};
+  heads.insert(heads.end(), known->begin(), known->end());
+  return heads;
+}
+
 int run_verify(const Verify& command) {
-  const std::filesystem::path trail = daemon::audit_file_of(config::load_cell(command.cell_file).store);
-  const auto end = daemon::verify_audit(trail);
-  if (!end) throw CommandError{kFailed, "audit trail " + trail.string() + ": " + end.error()};
+  const fs::path store = config::load_cell(command.cell_file).store, trail = daemon::audit_file_of(store);
+  const std::string place = "audit trail " + trail.string() + ": ";
+  const auto report = daemon::verify_audit(trail, known_heads(command, store));
+  if (!report) throw CommandError{kFailed, place + report.error()};
+  boost::json::array acknowledged;
+  for (const daemon::AuditFault& fault : report->faults) {
+    const std::string what = "before record " + std::to_string(fault.number) + ": " + fault.text;
+    if (fault.acknowledged_by.empty())
+      throw CommandError{kFailed, place + what +
+                                      "; nobody has acknowledged that: find out who did it, then "
+                                      "`truepose audit acknowledge --name NAME`"};
+    acknowledged.push_back(
+        boost::json::object{{"record", fault.number}, {"text", fault.text}, {"by", fault.acknowledged_by}});
+    if (!command.json) std::printf("%s; acknowledged by %s\n", what.c_str(), fault.acknowledged_by.c_str());
+  }
   if (command.json) {
-    const boost::json::object found{{"file", trail.string()}, {"records", end->count}, {"head", end->hash}};
+    const boost::json::object found{{"file", trail.string()},
+                                    {"records", report->end.count},
+                                    {"head", report->end.hash},
+                                    {"acknowledged", std::move(acknowledged)}};
     std::printf("%s\n", control::json_text(found).c_str());
     return kDone;
   }
-  std::printf("%s: %llu records, none changed and none missing\n", trail.c_str(),
-              static_cast<unsigned long long>(end->count));
+  std::printf("%s: %llu records, none changed and none missing%s\n", trail.c_str(),
+              static_cast<unsigned long long>(report->end.count),
+              report->faults.empty() ? "" : " but what was acknowledged");
   return kDone;
 }
 
@@ -38,10 +88,14 @@ Command audit_verify_command() {
   return {
       .name = "audit verify",
       .help = "Whether what stands on record is what the daemon wrote, and all of it",
-      .options = {Option("--cell", &command->cell_file, "Cell file",
-                         {.required = true, .file = FileUse::Read}),
-                  Option("--json", &command->json,
-                         "Print one JSON document: the file, its number of records, the hash of the last")},
+      .options =
+          {Option("--cell", &command->cell_file, "Cell file", {.required = true, .file = FileUse::Read}),
+           Option("--journal", &command->journal,
+                  "Log of the daemon (journalctl -o cat), whose ends of the trail have to be in it too",
+                  {.file = FileUse::Read}),
+           Option("--json", &command->json,
+                  "Print one JSON document: the file, its number of records, the hash of the last, what was "
+                  "acknowledged")},
       .run = [command] { return run_verify(*command); }};
 }
 

@@ -156,6 +156,9 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
       {"audit", "", "what was commanded, and by whom"},
       {"audit list", "audit.list", "commands, newest first",
        {{"--limit", &a.limit, "so many records at most", {.key = "limit"}}}, audit_text},
+      {"audit acknowledge", "audit.acknowledge", "acknowledge that the audit trail was changed",
+       {{"--name", &a.id, "of the person who has found out what happened", {.required = true, .key = "name"}}},
+       acknowledged_text},
 
       {"recording", "", "what went over the wires to robot and tracker"},
       {"recording save", "recording.save", "write the last minutes to a file",

@@ -299,6 +299,10 @@ std::string recordings_text(const json::value& answer) {
   return rows.size() == 1 ? "no recordings yet\n" : text_table(rows);
 }
 
+std::string acknowledged_text(const json::value& answer) {
+  return "acknowledged: " + text_at(answer, "/acknowledged") + "\n";
+}
+
 std::string control_text(const json::value& control) {
   if (!find_at(control, "/holder")) return "nobody has control: everybody's commands are carried out\n";
   return text_at(control, "/holder") + " (" + text_at(control, "/role") + ") has control, for " +
@@ -316,9 +320,10 @@ std::string audit_text(const json::value& answer) {
     }
     const std::string n = text_at(record, "/n");
     const auto result = results.find(n);
+    const std::string otherwise = find_at(record, "/put_aside") ? text_at(record, "/put_aside") : "-";
     rows.push_back({n, text_at(record, "/time"), text_at(record, "/who"), text_at(record, "/role"),
                     text_at(record, "/from"), text_at(record, "/method"),
-                    result == results.end() ? "-" : result->second});
+                    result == results.end() ? otherwise : result->second});
   }
   return rows.size() == 1 ? "no commands yet\n" : text_table(rows);
 }

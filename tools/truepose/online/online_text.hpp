@@ -23,6 +23,7 @@ std::string tools_text(const boost::json::value& answer);
 std::string models_text(const boost::json::value& list);
 std::string model_text(const boost::json::value& model);
 std::string recordings_text(const boost::json::value& list);
+std::string acknowledged_text(const boost::json::value& answer);
 std::string control_text(const boost::json::value& control);
 /// A line for each command, with what became of it.
 std::string audit_text(const boost::json::value& list);
