@@ -330,19 +330,15 @@ void layout(auto& io, Is<CellConfig> auto& x) {
   io("control", x.control);
   io.optional("web", x.web);
   io("store", x.store);
-  io.on_read(x, [](auto& cell) { cell.recording.folder = cell.store.parent_path() / "recordings"; });
+  io.on_read(x, [](auto& cell) { cell.recording.folder = cell.store.string() + ".recordings"; });
   io.optional("recording", x.recording);
   io.optional("runtime", x.runtime);
   io.optional("log_level", x.log_level, LogLevel{});
 }
 
-void check(const auto& io, const CellConfig& cell) {
+void check(const auto& io, const CellConfig&) {
   if (io.has("reflector", false) && io.has("reflectors", false))
     io.at("reflectors").fail("reflector is given already: leave one of them out");
-  const auto& number = cell.stream.tool;
-  if (!number || tool_of(cell, *number) || std::ranges::count(cell.loads, *number, &ToolLoad::tool)) return;
-  io.at("stream").fail("tool: no file of tools is of tool " + std::to_string(*number) +
-                       ", and no load is of it");
 }
 
 std::vector<ReflectorConfig> reflectors_of(const CellConfig& cell) {

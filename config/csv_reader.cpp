@@ -58,11 +58,30 @@ CsvRow CsvScanner::record() {
   }
 }
 
+namespace {
+
+/// What a spreadsheet would compute, or run.
+bool is_formula(std::string_view text) {
+  return !text.empty() && std::string_view{"=+-@\t\r"}.contains(text[0]);
+}
+
+/// By an apostrophe, as a spreadsheet has it of a text that would be a formula.
+bool is_shown_as_text(std::string_view field) {
+  return field.starts_with('\'') && (is_formula(field.substr(1)) || is_shown_as_text(field.substr(1)));
+}
+
+std::string shown_as_text(std::string field) {
+  if (is_shown_as_text(field)) field.erase(0, 1);
+  return field;
+}
+
+}  // namespace
+
 std::string CsvScanner::plain_field() {
   const auto end = std::min(text_.find_first_of(",\r\n", position_), text_.size());
   const std::string_view field = text_.substr(position_, end - position_);
   position_ = end;
-  return trimmed(field);
+  return shown_as_text(std::string{trimmed(field)});
 }
 
 std::string CsvScanner::quoted_field() {
@@ -75,7 +94,7 @@ std::string CsvScanner::quoted_field() {
       if (position_ < text_.size() && !at(',') && !at('\r') && !at('\n')) {
         throw ConfigError(*file_ + ": line " + std::to_string(line_) + ": text after a closing quote");
       }
-      return field;
+      return shown_as_text(std::move(field));
     }
     if (c == '"') ++position_;
     if (c == '\n') ++line_;
@@ -221,7 +240,8 @@ std::optional<CsvRow> CsvStream::next_record() {
   }
 }
 
-std::string csv_field(const std::string& text) {
+std::string csv_field(const std::string& given) {
+  const std::string text = is_formula(given) || is_shown_as_text(given) ? "'" + given : given;
   if (text.find_first_of(",\"\r\n") == std::string::npos && !text.starts_with(' ') && !text.ends_with(' '))
     return text;
   std::string field = "\"";

@@ -73,7 +73,8 @@ class CsvHeader {
   std::vector<std::string> names_;
 };
 
-/// A field as it is written: in quotes where it needs them.
+/// A text as it is written: in quotes where it needs them, and with an apostrophe in front where a
+/// spreadsheet would take it for a formula, which the reader takes away.
 std::string csv_field(const std::string& text);
 
 /// A CSV file with a header row (RFC 4180: quoted fields, LF or CRLF; a byte order mark is skipped). Every

@@ -1,6 +1,7 @@
 #include "config/text_file.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -26,6 +27,31 @@ std::ifstream open_to_read(const std::filesystem::path& file) {
   }
   errno = 0;
   std::ifstream in(file, std::ios::binary);
+  if (!in) throw ConfigError(file.string() + ": cannot be opened: " + std::strerror(errno));
+  return in;
+}
+
+namespace {
+
+bool is_own(const struct stat& found) { return S_ISREG(found.st_mode) && found.st_uid == ::geteuid(); }
+
+}  // namespace
+
+bool is_own_file(const std::filesystem::path& file) {
+  struct stat found {};
+  return ::lstat(file.c_str(), &found) == 0 && is_own(found);
+}
+
+std::ifstream open_own_to_read(const std::filesystem::path& file) {
+  // Without waiting for what would be written to a pipe.
+  const int opened = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (opened < 0) throw ConfigError(file.string() + ": cannot be opened: " + std::strerror(errno));
+  struct stat found {};
+  const bool own = ::fstat(opened, &found) == 0 && is_own(found);
+  std::ifstream in;
+  if (own) in.open("/proc/self/fd/" + std::to_string(opened), std::ios::binary);
+  ::close(opened);
+  if (!own) throw ConfigError(file.string() + ": is no file of our own, and is not read");
   if (!in) throw ConfigError(file.string() + ": cannot be opened: " + std::strerror(errno));
   return in;
 }
@@ -71,7 +97,13 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& path) : path_(path) 
     beside_ = path_.string() + "." + std::to_string(getpid());
   }
   errno = 0;
-  out_.open(beside_.empty() ? path_ : beside_, std::ios::binary | std::ios::trunc);
+  if (beside_.empty()) {
+    out_.open(path_, std::ios::binary | std::ios::trunc);
+  } else {
+    // Made anew: what somebody else has put there, as a link, is not written to.
+    std::filesystem::remove(beside_, ignored);
+    out_.open(beside_, std::ios::binary | std::ios::noreplace);
+  }
   if (!out_) fail();
   if (!beside_.empty() && is_there) {
     // No more open than the one that it replaces, nor than any that is made here.

@@ -19,6 +19,12 @@ class ConfigError : public std::runtime_error {
 /// A file opened to be read byte for byte. Throws ConfigError where it cannot be.
 std::ifstream open_to_read(const std::filesystem::path& file);
 
+/// Whether it is a file, no link, that belongs to our own user. In a folder that others may write to too,
+/// another one may only look like ours.
+bool is_own_file(const std::filesystem::path& file);
+/// The same of such a file alone, whatever takes its place meanwhile.
+std::ifstream open_own_to_read(const std::filesystem::path& file);
+
 /// More than any file of ours has.
 inline constexpr std::size_t kMostBytesOfFile = std::size_t{256} << 20;
 

@@ -104,8 +104,6 @@ drivers::RsiLinkOptions link_options(const config::StreamConfig& stream, std::ui
 /// The ring that is recorded into. A disk that has no room for it is no reason to let the arm stand.
 std::unique_ptr<Ring> recording_ring(const config::RecordingConfig& config) {
   const RecordingFolder folder{config};
-  std::error_code failed;
-  fs::create_directories(config.folder, failed);  // what is wrong is said where the ring is made
   const auto left = save_left_behind(folder, control::rfc3339(std::chrono::system_clock::now()));
   if (!left) log_warning("what the daemon before this one recorded is lost: " + left.error());
   if (left && !left->empty())
@@ -132,6 +130,7 @@ class Daemon {
         store_lock_{
             started(LockFile::take(lock_of_store(config.store), "the store " + config.store.string()))},
         runtime_lock_{lock_of_runtime(runtime)},
+        recording_lock_{lock_of_recordings(config.recording.folder)},
         store_{kept(Store::open(config.store))},
         events_{event_numbers(), [] { return std::chrono::system_clock::now(); }, &store_},
         peer_{rsi_peer(config.robot)},
@@ -240,6 +239,16 @@ class Daemon {
   static std::optional<LockFile> lock_of_runtime(const fs::path& folder) {
     if (folder.empty()) return std::nullopt;
     return started(LockFile::take(folder / "lock", "the runtime folder " + folder.string()));
+  }
+
+  /// Where no file can be made there is none to share either.
+  static std::optional<LockFile> lock_of_recordings(const fs::path& folder) {
+    std::error_code failed;
+    fs::create_directories(folder, failed);  // what is wrong is said where the ring is made
+    auto lock = LockFile::take(folder / "lock", "the recordings folder " + folder.string());
+    if (!lock && fs::exists(folder / "lock", failed))
+      throw StartError{lock.error().text, lock.error().may_pass};
+    return lock ? std::optional{*std::move(lock)} : std::nullopt;
   }
 
   EventNumbers event_numbers() {
@@ -358,6 +367,7 @@ class Daemon {
   drivers::SteadyClock clock_;
   LockFile store_lock_;
   std::optional<LockFile> runtime_lock_;
+  std::optional<LockFile> recording_lock_;
   Store store_;
   Worker store_thread_;
   Worker compute_thread_;

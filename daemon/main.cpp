@@ -1,6 +1,9 @@
 #include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
+#include <boost/asio/multiple_exceptions.hpp>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -14,6 +17,7 @@
 #include "daemon/daemon.hpp"
 #include "daemon/device_probe.hpp"
 #include "daemon/log/log.hpp"
+#include "daemon/threads/version_text.hpp"
 
 namespace {
 
@@ -36,16 +40,31 @@ Usage: trueposed --config FILE [--check [--probe]]
   -h, --help     print this and exit
 )";
 
-/// Behind all that is still to be logged.
-void complain(const char* what) {
-  truepose::daemon::close_log();
-  std::fprintf(stderr, "trueposed: %s\n", what);
-}
+void complain(const std::string& what) { std::fprintf(stderr, "trueposed: %s\n", what.c_str()); }
 
-/// @return the exit code
-int end(const char* why, int exit_code) {
+/// Says why it ends, behind all that is still to be logged. @return the exit code
+int end(const std::string& why, int exit_code) {
+  if (!truepose::daemon::close_log()) ::_exit(exit_code);
   complain(why);
   return exit_code;
+}
+
+/// What happened, of several the first, and what was its cause.
+std::string sentence_of(const std::exception& error) {
+  const auto cause_of = [](const std::exception_ptr& cause) -> std::string {
+    try {
+      if (cause) std::rethrow_exception(cause);
+    } catch (const std::exception& found) {
+      return sentence_of(found);
+    } catch (...) {
+    }
+    return "unknown";
+  };
+  if (const auto* const several = dynamic_cast<const boost::asio::multiple_exceptions*>(&error))
+    return cause_of(several->first_exception());
+  if (const auto* const nested = dynamic_cast<const std::nested_exception*>(&error))
+    return std::string{error.what()} + ": " + cause_of(nested->nested_ptr());
+  return error.what();
 }
 
 /// Why the daemon cannot start: what a person has to mend before what may pass; null: nothing stands against
@@ -71,7 +90,7 @@ void print(const CheckFinding& finding) {
       std::printf("warning  %s\n", finding.text.c_str());
       break;
     case CheckFinding::Level::Failure:
-      complain(finding.text.c_str());
+      complain(finding.text);
       break;
   }
 }
@@ -102,7 +121,7 @@ std::optional<Arguments> read_arguments(int argc, char** argv) {
   auto arguments = config::read_options<Arguments>(argc, argv, kKnown, kHelp);
   if (!arguments) return std::nullopt;
   if (arguments->version) {
-    std::puts("trueposed " TRUEPOSE_VERSION);
+    std::puts(truepose::daemon::version_text("trueposed").c_str());
     return std::nullopt;
   }
   if (arguments->file.empty()) throw UsageError{std::string{"--config is required"} + config::kSeeHelp};
@@ -121,6 +140,8 @@ void ignore_signals() {
 
 int main(int argc, char** argv) try {
   ignore_signals();
+  // Whatever the caller's is, what the daemon keeps is no business of others.
+  ::umask(::umask(0077) | 0027);
   const auto arguments = read_arguments(argc, argv);
   if (!arguments) return 0;
   const std::filesystem::path& file = arguments->file;
@@ -133,14 +154,14 @@ int main(int argc, char** argv) try {
     return 0;
   }
   if (const CheckFinding* const failure = first_failure(findings))
-    return end(failure->text.c_str(), exit_code(*failure));
+    return end(failure->text, exit_code(*failure));
   std::vector<std::string> warnings;
   for (const CheckFinding& finding : findings) {
     if (finding.level == CheckFinding::Level::Warning) warnings.push_back(finding.text);
   }
   truepose::daemon::open_log(config.log_level);
   truepose::daemon::run(config, warnings);
-  truepose::daemon::close_log();
+  if (!truepose::daemon::close_log()) ::_exit(0);
   return 0;
 } catch (const UsageError& error) {
   return end(error.what(), kBadInput);
@@ -149,5 +170,5 @@ int main(int argc, char** argv) try {
 } catch (const truepose::daemon::StartError& error) {
   return end(error.what(), error.may_pass() ? kNotThereYet : kBadInput);
 } catch (const std::exception& error) {
-  return end(error.what(), kFailed);
+  return end(sentence_of(error), kFailed);
 }

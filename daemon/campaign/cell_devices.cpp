@@ -132,6 +132,18 @@ CellDevices::Outcome<void> CellDevices::recover(DeviceError lost) {
   }
 }
 
+CellDevices::Outcome<void> CellDevices::connect_missing(bool robot, bool tracker) {
+  if (robot) {
+    auto connected = co_await connect_robot();
+    if (!connected) co_return std::unexpected(connected.error());
+  }
+  if (tracker) {
+    auto connected = co_await connect_tracker();
+    if (!connected) co_return std::unexpected(connected.error());
+  }
+  co_return std::expected<void, DeviceError>{};
+}
+
 CellDevices::Outcome<void> CellDevices::mend(Remedy remedy) {
   if (remedy == Remedy::ReconnectTracker) {
     auto tracker = co_await connect_tracker();

@@ -70,6 +70,8 @@ class CellDevices {
   /// Does what a failure asks for, however long it takes: reconnects, tried every second, or waits until the
   /// robot may move. Fails with WrongArm alone.
   Outcome<void> recover(DeviceError lost);
+  /// Connects what is not connected. @param robot, tracker  whether it is needed and is not
+  Outcome<void> connect_missing(bool robot, bool tracker);
 
   /// The actual joint positions.
   Outcome<JointVector> position();

@@ -134,9 +134,10 @@ asio::awaitable<void> CampaignService::close(Run& run, std::optional<CampaignErr
   } else if (of_the_store) {
     runner_.apply(StoreFailed{"store: " + error->detail}, reason);
   } else {
-    // One that is aborted may not have connected its devices yet.
+    // One that is aborted may not have connected its devices yet, or cut a call to them short.
     const bool aborted = error && error->fault == CampaignFault::Aborted;
-    const bool connected = (run.campaign.needs().tracker && !aborted) || devices_.connected();
+    bool connected = run.campaign.needs().tracker || devices_.connected();
+    if (aborted) connected = stopping_ ? devices_.connected() : co_await devices_.connect_again();
     runner_.apply(CampaignEnded{lost || connected}, reason);
     if (lost) runner_.apply(DeviceLost{error->detail}, reason);
   }
@@ -202,6 +203,7 @@ MethodReply CampaignService::abort(json::object params, std::string by) {
 }
 
 void CampaignService::interrupt(const std::string& reason) {
+  stopping_ = true;
   if (run_) run_->campaign.interrupt(reason);
 }
 

@@ -105,6 +105,7 @@ class CampaignService final : private CampaignObserver {
   ModelService& models_;
   CampaignRequests requests_;
   std::shared_ptr<Run> run_;
+  bool stopping_ = false;  ///< the daemon ends
   std::vector<InterruptedCampaign> interrupted_;
 };
 

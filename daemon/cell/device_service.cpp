@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/log/log.hpp"
+#include "drivers/deadline.hpp"
 #include "proto/record/arm_document.hpp"
 
 namespace truepose::daemon {
@@ -73,6 +74,19 @@ MethodReply DeviceService::connect(json::object params, std::string by) {
   }
   runner_.apply(DevicesConnected{}, "robot and tracker are connected, and it is the right arm");
   co_return status_();
+}
+
+asio::awaitable<bool> DeviceService::connect_again() {
+  constexpr Duration kPatience = 30s;  // less than an abort may take
+  if (connected()) co_return true;
+  const TimePoint until = parts_.clock.now() + kPatience;
+  auto connecting = devices_.connect_missing(!robot_.connected(), !tracker_.connected());
+  auto made = co_await drivers::before(parts_.clock, until, std::move(connecting));
+  const std::string why = !made   ? "it takes longer than " + std::to_string(kPatience / 1s) + " s"
+                          : *made ? ""
+                                  : made->error().detail;
+  if (!why.empty()) log_warning("robot and tracker are not connected again after the abort: " + why);
+  co_return connected();
 }
 
 MethodReply DeviceService::disconnect(json::object params, std::string by) {

@@ -31,6 +31,8 @@ class DeviceService {
   /// Brakes the arm, and leaves the program that it is in.
   boost::asio::awaitable<void> stop_robot();
   void disconnect() { devices_.disconnect(); }
+  /// Connects what an abort has left without a connection. @return whether both are connected then
+  boost::asio::awaitable<bool> connect_again();
   /// Whether both are connected.
   bool connected() const { return robot_.connected() && tracker_.connected(); }
   /// A campaign begins, and is not bothered about what it does not use.

@@ -164,7 +164,14 @@ std::expected<const ModelService::Active*, RpcError> ModelService::needed_for_dr
 
 std::expected<const ModelService::Active*, RpcError> ModelService::needed_to_correct() const {
   const auto active = needed();
-  const std::string refused = active ? tools_.refusal() : "";
+  std::string refused = active ? tools_.refusal() : "";
+  const auto& fixed = parts_.config.stream.tool;
+  const bool known = fixed && (tools_.of(*fixed) || config::load_of(parts_.config, fixed));
+  if (active && fixed && !known)
+    refused = "stream.tool: " + std::to_string(*fixed) +
+              " is in no file of tools, has no load, and is no tool in use that a campaign measured";
+  if (active && refused.empty() && tool_.number && tools_.of(*tool_.number) && !tool_.is_measured)
+    refused = runner_.faults().text(kToolFault);
   if (refused.empty()) return active;
   return std::unexpected(runner_.wrong_state(refused + "; allowed: tool.activate, tool.deactivate",
                                              {"tool.activate", "tool.deactivate"}));

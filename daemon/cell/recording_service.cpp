@@ -43,7 +43,7 @@ recording::Model recorded(const ModelService::Given& given) {
 
 std::expected<recording::Header, std::string> header_of(const std::filesystem::path& file) try {
   std::string begin(kMostHeaderBytes, '\0');
-  std::ifstream in = config::open_to_read(file);
+  std::ifstream in = config::open_own_to_read(file);
   in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
   begin.resize(static_cast<std::size_t>(in.gcount()));
   return recording::Recording::read_header(begin);

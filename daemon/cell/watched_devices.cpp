@@ -6,11 +6,37 @@ namespace truepose::daemon {
 
 using drivers::TimePoint;
 
+namespace {
+
+/// A call that is cut short, as by an abort, leaves a connection that nobody can use: whoever it was for does
+/// not know which answer comes next.
+class Whole {
+ public:
+  Whole(bool& connected, std::string& why_not) : connected_{connected}, why_not_{why_not} {}
+  Whole(const Whole&) = delete;
+  Whole& operator=(const Whole&) = delete;
+  ~Whole() {
+    if (done_) return;
+    connected_ = false;
+    why_not_ = "a call was cut short";
+  }
+  void done() { done_ = true; }
+
+ private:
+  bool& connected_;
+  std::string& why_not_;
+  bool done_ = false;
+};
+
+}  // namespace
+
 // The robot.
 
 WatchedRobot::Outcome<drivers::RobotIdentity> WatchedRobot::connect(TimePoint deadline) {
   const CallQueue::Turn turn = co_await questions_.turn();
+  Whole whole{connected_, why_not_};
   auto identity = co_await robot_.connect(deadline);
+  whole.done();
   connected_ = identity.has_value();
   if (identity) identity_ = *identity;
   if (!identity) why_not_ = identity.error().detail;
@@ -19,7 +45,9 @@ WatchedRobot::Outcome<drivers::RobotIdentity> WatchedRobot::connect(TimePoint de
 
 WatchedRobot::Outcome<drivers::RobotState> WatchedRobot::state(TimePoint deadline) {
   const CallQueue::Turn turn = co_await questions_.turn();
+  Whole whole{connected_, why_not_};
   auto state = co_await robot_.state(deadline);
+  whole.done();
   note(state);
   keep(state);
   co_return state;
@@ -79,7 +107,9 @@ void WatchedRobot::keep(const std::expected<drivers::RobotState, drivers::RobotE
 
 WatchedTracker::Outcome<drivers::TrackerIdentity> WatchedTracker::connect(TimePoint deadline) {
   const CallQueue::Turn turn = co_await calls_.turn();
+  Whole whole{connected_, why_not_};
   auto identity = co_await tracker_.connect(deadline);
+  whole.done();
   connected_ = identity.has_value();
   if (identity) identity_ = *identity;
   if (!identity) why_not_ = identity.error().detail;
@@ -89,28 +119,36 @@ WatchedTracker::Outcome<drivers::TrackerIdentity> WatchedTracker::connect(TimePo
 WatchedTracker::Outcome<void> WatchedTracker::aim(Eigen::Vector3d p_W_mm, double search_radius_mm,
                                                   TimePoint deadline) {
   const CallQueue::Turn turn = co_await calls_.turn();
+  Whole whole{connected_, why_not_};
   auto aimed = co_await tracker_.aim(p_W_mm, search_radius_mm, deadline);
+  whole.done();
   note(aimed);
   co_return aimed;
 }
 
 WatchedTracker::Outcome<drivers::SmrPoint> WatchedTracker::measure(TimePoint deadline) {
   const CallQueue::Turn turn = co_await calls_.turn();
+  Whole whole{connected_, why_not_};
   auto point = co_await tracker_.measure(deadline);
+  whole.done();
   note(point);
   co_return point;
 }
 
 WatchedTracker::Outcome<void> WatchedTracker::turn_over(TimePoint deadline) {
   const CallQueue::Turn turn = co_await calls_.turn();
+  Whole whole{connected_, why_not_};
   auto turned = co_await tracker_.turn_over(deadline);
+  whole.done();
   note(turned);
   co_return turned;
 }
 
 WatchedTracker::Outcome<void> WatchedTracker::check(TimePoint deadline) {
   const CallQueue::Turn turn = co_await calls_.turn();
+  Whole whole{connected_, why_not_};
   auto checked = co_await tracker_.check(deadline);
+  whole.done();
   note(checked);
   co_return checked;
 }

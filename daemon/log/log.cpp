@@ -5,8 +5,12 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <chrono>
+#include <future>
+#include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
 #include <utility>
 
 namespace truepose::daemon {
@@ -30,7 +34,15 @@ void open_log(std::string_view level) {
   spdlog::flush_every(std::chrono::seconds{1});
 }
 
-void close_log() { spdlog::shutdown(); }
+bool close_log() {
+  const auto written = std::make_shared<std::promise<void>>();
+  auto done = written->get_future();
+  std::thread{[written] {
+    spdlog::shutdown();
+    written->set_value();
+  }}.detach();
+  return done.wait_for(std::chrono::seconds{1}) == std::future_status::ready;
+}
 
 std::string_view name(LogLevel level) {
   switch (level) {

@@ -12,8 +12,9 @@ std::string_view name(LogLevel level);  ///< "info", "warning", "error"
 ///
 /// @param level  "trace", "debug", "info", "warn" or "error"
 void open_log(std::string_view level);
-/// Writes what is still queued.
-void close_log();
+/// Writes what is still queued, for a second at most: where nobody reads it, it is lost.
+/// @return whether all of it is written; else nothing more can be, and the process ends by _exit()
+[[nodiscard]] bool close_log();
 
 void log(LogLevel level, std::string_view line);
 inline void log_info(std::string_view line) { log(LogLevel::Info, line); }

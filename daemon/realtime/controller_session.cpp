@@ -171,6 +171,9 @@ void ControllerSession::go_on(const rsi::RobotFrame& frame, const IpocSequence::
   // began meanwhile: that one has counted fewer.
   const auto silence = received_ - received_before_;
   const auto cycles = static_cast<std::int64_t>(position.elapsed);
+  // A count that has jumped says nothing of datagrams that were sent.
+  const auto passed = static_cast<std::uint64_t>(std::max<std::int64_t>(0, silence / options_.cycle));
+  hearing.lost = std::min(position.elapsed - 1, passed + static_cast<std::uint64_t>(options_.gap_cycles));
   const bool longer_than_counted = silence >= cycles * options_.cycle + kLateForItsIpoc;
   const bool long_silence = position.elapsed >= restart_cycles_;
   if (longer_than_counted || (long_silence && !receipt.alive)) {

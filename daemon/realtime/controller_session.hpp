@@ -29,6 +29,11 @@ class PeerPin {
   /// @return whether it is another one than before
   bool pin(const drivers::UdpSource& source, drivers::TimePoint now) noexcept {
     const bool other = pinned_ != source;
+    if (other) {
+      constexpr std::chrono::seconds kAtOnce{1};
+      const bool took_over = pinned_ && pinned_->address == source.address && now - heard_ < kAtOnce;
+      port_before_ = took_over ? pinned_->port : 0;
+    }
     pinned_ = source;
     heard_ = now;
     return other;
@@ -36,12 +41,15 @@ class PeerPin {
 
   const std::optional<drivers::UdpSource>& pinned() const noexcept { return pinned_; }
   drivers::TimePoint heard() const noexcept { return heard_; }
+  /// From which the same address had sent within the second before; 0: from none.
+  std::uint16_t port_before() const noexcept { return port_before_; }
 
  private:
   std::optional<std::uint32_t> address_;
   drivers::Duration release_;
   std::optional<drivers::UdpSource> pinned_;
   drivers::TimePoint heard_;
+  std::uint16_t port_before_ = 0;
 };
 
 /// Tells from a datagram's time stamp (IPOC) whether it is the next of its session, an old one, or one that
@@ -146,6 +154,7 @@ class ControllerSession {
     bool missed = false;        ///< the last reply is not known to have been taken: hold
     bool taken = false;         ///< it is known to have been taken
     std::uint64_t elapsed = 0;  ///< cycles since the datagram before; 0 at the beginning
+    std::uint64_t lost = 0;     ///< of these cycles those of which a datagram is missing
     std::uint64_t late = 0;     ///< replies that the controller did not have in time
   };
 
@@ -168,6 +177,7 @@ class ControllerSession {
   const CorrectionRange& in_force() const noexcept { return in_force_.range(); }
   const JointVector& last_sent() const noexcept { return in_force_.last_sent(); }
   const std::optional<drivers::UdpSource>& peer() const noexcept { return pin_.pinned(); }
+  std::uint16_t port_before() const noexcept { return pin_.port_before(); }
   std::uint64_t ipoc() const noexcept { return sequence_.last(); }
   std::uint64_t step() const noexcept { return sequence_.step(); }
 

@@ -183,12 +183,15 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
   const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
   if (hearing.began) begin_session(datagram.source);
   lateness_.heard(datagram.received, hearing.elapsed);
-  if (hearing.elapsed > 1) {
-    status_.counters.lost += hearing.elapsed - 1;
-    emit({.kind = StreamEventKind::PacketsLost, .value = hearing.elapsed - 1});
+  if (hearing.lost > 0) {
+    status_.counters.lost += hearing.lost;
+    emit({.kind = StreamEventKind::PacketsLost, .value = hearing.lost});
   }
   // Before anything of what is in force is known: how long that takes to see depends on it.
-  raise(arm_check_.cycle(session_.step()));
+  auto wrong_cycle = arm_check_.cycle(session_.step());
+  if (wrong_cycle && session_.port_before() != 0)
+    wrong_cycle->detail.ports = {session_.port_before(), datagram.source.port};
+  raise(wrong_cycle);
   switch (hearing.turn) {
     case Turn::Repeat:
       return repeat(frame.ipoc);

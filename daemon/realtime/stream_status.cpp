@@ -46,7 +46,12 @@ std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
       return "the controller's IPOC rises by " + formatted("%.0f", detail.value) +
              " from packet to packet, but stream.cycle_ms is " + formatted("%.0f", detail.limit) +
              ": set stream.cycle_ms to the cycle in which the program starts RSI (4 for #IPO_FAST, 12 for "
-             "#IPO) and restart trueposed, or start RSI in the other, then acknowledge";
+             "#IPO) and restart trueposed, or start RSI in the other, then acknowledge" +
+             (detail.ports[0] == 0
+                  ? ""
+                  : ". Its address sent from port " + std::to_string(detail.ports[0]) +
+                        ", and within a second from port " + std::to_string(detail.ports[1]) +
+                        ": if a second program sends there, end that");
     case StreamFault::NotSent: {
       const std::string element{detail.element};
       return "the controller's packets have no " + element +

@@ -53,6 +53,8 @@ struct FaultDetail {
   double limit = 0;            ///< in the same unit
   double uncertain = 0;        ///< NotFollowing: value is known to so much
   std::string_view element{};  ///< NotSent: its name, a constant
+  std::array<std::uint16_t, 2>
+      ports{};  ///< WrongCycle: from one and then the other the controller's address sent
 };
 
 struct FoundFault {

@@ -107,10 +107,7 @@ std::expected<void, std::string> Recorder::keep_header(const recording::Header& 
 
 std::expected<std::filesystem::path, std::string> save_left_behind(const RecordingFolder& folder,
                                                                    const std::string& date) try {
-  std::error_code unknown;
-  if (!std::filesystem::exists(folder.ring(), unknown) ||
-      !std::filesystem::exists(folder.ring_header(), unknown))
-    return {};
+  if (!config::is_own_file(folder.ring()) || !config::is_own_file(folder.ring_header())) return {};
   const auto header = recording::Recording::read_header(config::read_bytes(folder.ring_header()));
   if (!header) return std::unexpected(folder.ring_header().string() + ": " + header.error());
   const auto ring = Ring::open(folder.ring());

@@ -5,6 +5,7 @@
 #include <system_error>
 #include <utility>
 
+#include "config/text_file.hpp"
 #include "daemon/recorder/folder_access.hpp"
 
 namespace truepose::daemon {
@@ -54,7 +55,7 @@ std::vector<RecordingFolder::Entry> RecordingFolder::list() const {
   // What is removed meanwhile is not listed, and what cannot be read ends the list.
   for (fs::directory_iterator each{config_.folder, unread}, end; each != end; each.increment(unread)) {
     std::error_code gone;
-    if (each->path().extension() != kExtension || !each->is_regular_file(gone)) continue;
+    if (each->path().extension() != kExtension || !config::is_own_file(each->path())) continue;
     const std::uintmax_t bytes = each->file_size(gone);
     if (!gone) entries.push_back({each->path().filename(), bytes});
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "proto/text/digest.hpp"
 #include "proto/xml/escape.hpp"
 
 namespace truepose::report {
@@ -54,14 +55,18 @@ std::string base64(std::string_view bytes) {
 
 }  // namespace
 
+// Whatever was written into a text of the page, no other script runs.
 std::string html_page(std::string_view title, std::string_view body) {
+  const std::string script = fmt::format("\n{}", page_js());
   return fmt::format(
       "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n"
       "<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'sha256-{}'; "
+      "style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'\"/>\n"
       "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n<main>\n{}"
       "<footer>Written by truepose {}. Lengths in mm, angles in degrees.</footer>\n</main>\n"
-      "<script>\n{}</script>\n</body>\n</html>\n",
-      xml::escaped(title), page_css(), body, TRUEPOSE_VERSION, page_js());
+      "<script>{}</script>\n</body>\n</html>\n",
+      base64(text::sha256(script)), xml::escaped(title), page_css(), body, TRUEPOSE_VERSION, script);
 }
 
 std::string page_header(std::string_view kind, std::string_view title, std::string_view identity,

@@ -1,17 +1,16 @@
 #include "daemon/store/restore.hpp"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <system_error>
 
 #include "config/text_file.hpp"
-#include "daemon/store/runtime_folder.hpp"
+#include "daemon/store/as_owner.hpp"
 #include "daemon/store/backup.hpp"
+#include "daemon/store/runtime_folder.hpp"
 #include "daemon/store/sqlite.hpp"
 #include "daemon/store/store.hpp"
 
@@ -30,11 +29,20 @@ std::unexpected<std::string> system_failure(const fs::path& file, int error) {
   return std::unexpected(file.string() + ": " + std::strerror(error));
 }
 
-/// A copy of a store at a place.
-Restored copy_to(const fs::path& place, const fs::path& backup) {
+/// A backup, read by whoever may read it.
+std::expected<std::unique_ptr<sqlite::Database>, std::string> read_backup(const fs::path& backup) {
+  if (const StoreResult<void> good = Store::examine(backup); !good)
+    return std::unexpected(good.error().detail);
   auto source = sqlite::Database::open_to_read(backup.string());
   if (!source) return std::unexpected(source.error().detail);
-  auto copy = StoreBackup::begin(**source, place);
+  auto read = sqlite::Database::copy_in_memory(**source);
+  if (!read) return std::unexpected(read.error().detail);
+  return *std::move(read);
+}
+
+/// A copy of a store at a place.
+Restored copy_to(const fs::path& place, sqlite::Database& source) {
+  auto copy = StoreBackup::begin(source, place);
   if (!copy) return std::unexpected(copy.error().detail);
   for (StoreResult<bool> done = false; !done.value();) {
     done = copy->step();
@@ -67,14 +75,6 @@ std::optional<std::uint64_t> gather(const fs::path& store) {
   return last ? std::optional{*last} : std::nullopt;
 }
 
-/// As root, gives a file to whom its folder belongs: the daemon.
-void give_to_owner(const fs::path& file) {
-  struct stat folder {};
-  if (::geteuid() != 0 || ::stat(config::folder_of(file).c_str(), &folder) != 0) return;
-  const int given = ::chown(file.c_str(), folder.st_uid, folder.st_gid);
-  static_cast<void>(given);  // whose file it is shows when the daemon opens it
-}
-
 /// Gives the store a second name, under which it stays.
 std::expected<fs::path, std::string> kept_aside(const fs::path& store, const std::string& time) {
   std::error_code error;
@@ -94,14 +94,15 @@ std::expected<fs::path, std::string> kept_aside(const fs::path& store, const std
 
 std::expected<fs::path, std::string> restore_store(const fs::path& backup, const fs::path& store,
                                                    const std::string& time) {
-  if (const StoreResult<void> good = Store::examine(backup); !good)
-    return std::unexpected(good.error().detail);
+  const auto source = read_backup(backup);
+  if (!source) return std::unexpected(source.error());
+  const auto owner = AsOwnerOf::take(config::folder_of(store));
+  if (!owner) return std::unexpected(owner.error());
   const auto lock = LockFile::take(lock_of_store(store), "the store " + store.string());
   if (!lock) return std::unexpected(lock.error().text + "; stop the daemon first");
-  give_to_owner(lock_of_store(store));
 
   const fs::path copy = store.string() + ".restored";
-  Restored done = copy_to(copy, backup);
+  Restored done = copy_to(copy, **source);
   std::error_code none;
   std::optional<std::uint64_t> last = 0;
   if (fs::exists(store, none)) last = gather(store);
@@ -113,7 +114,6 @@ std::expected<fs::path, std::string> restore_store(const fs::path& backup, const
     remove_with_logs(copy);
     return done ? aside : std::unexpected(done.error());
   }
-  give_to_owner(copy);
   fs::rename(copy, store, none);
   if (none) return system_failure(store, none.value());
   if (!config::synced(config::folder_of(store))) return system_failure(store, errno);

@@ -87,8 +87,19 @@ StoreResult<std::unique_ptr<Database>> Database::open(const std::string& file) {
   // SQLite would make it readable for everybody. Its other files take the rights of this one.
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (made >= 0) ::close(made);
+  // Under each name it would have a log of its own.
+  struct stat found {};
+  if (::stat(file.c_str(), &found) == 0 && S_ISREG(found.st_mode) && found.st_nlink > 1)
+    return std::unexpected(
+        StoreError{file + ": the file has " + std::to_string(found.st_nlink) +
+                   " names (hard links), and each would have a log of its own; remove all but one: "
+                   "find " +
+                   std::filesystem::path{file}.parent_path().string() + " -samefile " + file});
   auto database = open(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
   if (database) (*database)->opened_ = identity_of(file);
+  // One of before may be open to all.
+  if (database && (found.st_mode & S_IRWXO) != 0)
+    static_cast<void>(::chmod(file.c_str(), found.st_mode & 07770));
   return database;
 }
 
@@ -189,7 +200,7 @@ StoreError Database::error(int code) {
   const int kind = code & 0xff;
   const bool may_pass =
       kind == SQLITE_BUSY || kind == SQLITE_LOCKED || kind == SQLITE_IOERR || kind == SQLITE_NOMEM;
-  StoreError error{file_ + ": " + says, full || may_pass};
+  StoreError error{file_ + ": " + text::clean_text(says, text::LineBreaks::Blank), full || may_pass};
   if (full) error.detail += "; make room on the disk";
   if (kind == SQLITE_IOERR && !full && !device_error_) device_error_ = error;
   return error;

@@ -122,6 +122,23 @@ StoreResult<std::unique_ptr<Database>> open_checked(std::string_view operation, 
   return database;
 }
 
+/// Of a store of an older version a copy is kept beside it, since nothing leads back.
+StoreResult<void> keep_older(Database& database, const std::filesystem::path& file) {
+  const StoreResult<int> version = known_version(database, file.string());
+  if (!version) return std::unexpected(version.error());
+  const std::filesystem::path kept = file.string() + ".schema-" + std::to_string(*version);
+  if (*version == 0 || *version == kSchemaVersion || std::filesystem::exists(kept)) return {};
+  auto copy = StoreBackup::begin(database, kept);
+  if (!copy) return std::unexpected(copy.error());
+  for (StoreResult<bool> done = false; !*done;) {
+    done = copy->step();
+    if (!done) return std::unexpected(done.error());
+  }
+  const auto finished = copy->finish();
+  if (!finished) return std::unexpected(finished.error());
+  return {};
+}
+
 }  // namespace
 
 void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points) {
@@ -161,6 +178,8 @@ StoreResult<Store> Store::open(const std::filesystem::path& file) {
   constexpr std::string_view kOperation = "opening the store";
   StoreResult<std::unique_ptr<Database>> database = open_checked(kOperation, file.string());
   if (!database) return std::unexpected(database.error());
+  if (const StoreResult<void> kept = keep_older(**database, file); !kept)
+    return std::unexpected(in(kOperation, kept.error()));
   StoreResult<Transaction> transaction = Transaction::begin(**database);
   if (!transaction) return std::unexpected(in(kOperation, transaction.error()));
   StoreResult<void> migrated = migrate(**database, file.string());

@@ -19,11 +19,22 @@ std::string hexadecimal(std::span<const unsigned char> bytes) {
   return text;
 }
 
-std::string sha256_hex(std::string_view bytes) {
+namespace {
+
+std::array<unsigned char, SHA256_DIGEST_LENGTH> digest_of(std::string_view bytes) {
   std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
   SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
-  return hexadecimal(digest);
+  return digest;
 }
+
+}  // namespace
+
+std::string sha256(std::string_view bytes) {
+  const auto digest = digest_of(bytes);
+  return {digest.begin(), digest.end()};
+}
+
+std::string sha256_hex(std::string_view bytes) { return hexadecimal(digest_of(bytes)); }
 
 std::string random_hex(std::size_t bytes) {
   std::vector<unsigned char> random(bytes);

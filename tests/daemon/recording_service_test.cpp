@@ -101,6 +101,18 @@ TEST_F(ARecordedCellService, KeepsTheRecordingJustMadeWhenTheClockWasSetBackAndR
   EXPECT_EQ(status().at_pointer("/recording/last").as_string(), newest_first.front());
 }
 
+TEST_F(ARecordedCellService, HandsOutNothingThatALinkLeadsTo) {
+  const std::string name{call("recording.save")->at("name").as_string()};
+  const std::filesystem::path secret = folder.write("secret", "of another"), at = config.recording.folder;
+  std::filesystem::create_symlink(secret, at / "2026-11-28T10-00-00.000Z_9.recording");
+  EXPECT_THAT(refused("recording.get", {{"name", "2026-11-28T10-00-00.000Z_9.recording"}}),
+              HasSubstr("no such recording"));
+  EXPECT_EQ(call("recording.list")->at("recordings").as_array().size(), 1U);
+  std::filesystem::remove(at / name);
+  std::filesystem::create_symlink(secret, at / name);
+  EXPECT_FALSE(call("recording.get", {{"name", name}}));
+}
+
 TEST_F(ARecordedCellService, HandsARecordingOutPartByPart) {
   recorder.tell(recording::Wire::Tracker, recording::Kind::Received, std::string(60'000, 'x') + 'y');
   const std::string name{call("recording.save")->at("name").as_string()};

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "daemon/store/runtime_folder.hpp"
 #include "daemon/store/restore.hpp"
+#include "daemon/store/runtime_folder.hpp"
 #include "daemon/store/store.hpp"
 #include "tests/daemon/older_store.hpp"
 #include "tests/integration/sqlite_rows.hpp"
@@ -220,6 +220,57 @@ TEST_F(Restoring, ReplacesAStoreThatCannotBeReadAndKeepsThatToo) {
   EXPECT_EQ(fs::file_size(*aside), 5'000U);
   EXPECT_TRUE(fs::exists(aside->string() + "-wal"));
   EXPECT_GT(open(file).begin_events(10).value(), 1'000'000'000U) << "whatever numbers that has given";
+}
+
+TEST_F(Restoring, IsDoneByTheFoldersOwnerWhomRootGivesNothingElse) {
+  if (::geteuid() != 0) return;  // only root could
+  const TempFolder roots;
+  const fs::path secret = roots.write("secret", "of root");
+  ASSERT_EQ(::chmod(secret.c_str(), 0600), 0);
+  constexpr uid_t kNobody = 65534;
+  const fs::path backup = roots.path() / "backup.db";
+  fs::rename(copy, backup);
+  ASSERT_EQ(::chmod(backup.c_str(), 0600), 0);
+  for (const auto& each : fs::directory_iterator{folder.path()})
+    ASSERT_EQ(::chown(each.path().c_str(), kNobody, kNobody), 0);
+  ASSERT_EQ(::chown(folder.path().c_str(), kNobody, kNobody), 0);
+  // What the daemon's user may have put there for root to fall over.
+  for (const char* const link : {".restored", ".restored.part", ".lock"})
+    fs::create_symlink(secret, file.string() + link);
+  const auto refused = restore_store(backup, file, "now");
+  ASSERT_FALSE(refused) << "the lock is no file";
+  fs::remove(file.string() + ".lock");
+  const auto aside = restore_store(backup, file, "now");
+  ASSERT_TRUE(aside) << aside.error();
+  EXPECT_EQ(::geteuid(), 0U);
+  struct stat found {};
+  ASSERT_EQ(::lstat(secret.c_str(), &found), 0);
+  EXPECT_EQ(found.st_uid, 0U);
+  EXPECT_EQ(fs::file_size(secret), std::string{"of root"}.size());
+  for (const auto& each : fs::directory_iterator{folder.path()}) {
+    ASSERT_EQ(::lstat(each.path().c_str(), &found), 0);
+    EXPECT_TRUE(found.st_uid == kNobody || S_ISLNK(found.st_mode)) << each.path();
+  }
+  EXPECT_EQ(points_in(open(file)), 10U);
+}
+
+TEST_F(StoreFiles, AStoreWithTwoNamesIsRefused) {
+  filled(1);
+  fs::create_hard_link(file, folder.path() / "other.db");
+  const auto opened = Store::open(file);
+  ASSERT_FALSE(opened);
+  EXPECT_THAT(opened.error().detail, HasSubstr("has 2 names (hard links)"));
+}
+
+TEST_F(StoreFiles, AStoreOfBeforeIsKeptAsItWasAndClosedToOthers) {
+  filled(3);
+  make_older(file, 9);
+  fs::permissions(file, fs::perms::others_read | fs::perms::group_read, fs::perm_options::add);
+  EXPECT_EQ(points_in(open(file)), 3U);
+  EXPECT_EQ(fs::status(file).permissions() & fs::perms::others_all, fs::perms::none);
+  const fs::path kept = file.string() + ".schema-9";
+  EXPECT_EQ(sqlite_rows(kept, "PRAGMA user_version"), sqlite_rows(kept, "SELECT 9"));
+  EXPECT_EQ(points_in(open(file)), 3U);
 }
 
 TEST_F(Restoring, MakesAStoreWhereThereIsNone) {

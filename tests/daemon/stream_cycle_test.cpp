@@ -151,6 +151,29 @@ TEST(StreamCycle, RefusesToCorrectAtAnotherCycleThanItWasTold) {
   EXPECT_LT(rig.largest_applied_deg(), 0.001);
 }
 
+TEST(StreamCycle, NamesTwoSendersOfOneAddressWhoseCyclesDoNotFit) {
+  StreamRig rig;
+  engage(rig);
+  const std::uint64_t lost = rig.status().counters.lost;
+  for (int silent = 0; silent < 12; ++silent) rig.tick({.datagram_lost = true});
+  rig.source.port = 50'000;
+  rig.step = 12;
+  rig.ticks(20);
+  EXPECT_EQ(rig.status().fault, StreamFault::WrongCycle);
+  EXPECT_NE(reason(rig.status()).find("sent from port 40000, and within a second from port 50000"),
+            std::string::npos)
+      << reason(rig.status());
+  EXPECT_LE(rig.status().counters.lost - lost, 12U);
+}
+
+TEST(StreamCycle, CountsNoDatagramsAsLostThatACountWhichJumpsSkips) {
+  StreamRig rig;
+  engage(rig);
+  rig.ipoc += 10'000'000'000;
+  rig.ticks(20);
+  EXPECT_LE(rig.status().counters.lost, 200U);
+}
+
 TEST(StreamCycle, CrossFadesFromOneModelToTheNextAndToNone) {
   StreamRig rig;
   engage(rig);

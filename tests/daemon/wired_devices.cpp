@@ -68,7 +68,13 @@ asio::awaitable<void> WiredController::carry_out(Client client, eki::Command com
     co_await acknowledge(client, eki::AckState::Rejected, eki::AckError::Stopped);
     co_return;
   }
+  const int stops = stops_;
   co_await acknowledge(client, eki::AckState::Moving, eki::AckError::None);
+  if (stops_ != stops) {
+    // An interrupt of the program: what was asked for before a stop is not driven to behind it.
+    co_await acknowledge(client, eki::AckState::Aborted, eki::AckError::Stopped);
+    co_return;
+  }
   ++motions;
   const JointVector q = Eigen::Map<const JointVector>(command.axes_rad.data(), 6);
   cell_.start_motion(q, command.velocity_percent);
@@ -98,7 +104,10 @@ asio::awaitable<void> WiredController::serve_state(Client client) {
     const auto message = co_await next_document(*client, splitter);
     if (!message) co_return;
     const auto& control = std::get<eki::Control>(*message);
-    if (control.op == eki::ControlOp::Stop) stopped_ = true;
+    if (control.op == eki::ControlOp::Stop) {
+      stopped_ = true;
+      ++stops_;
+    }
     if (control.op == eki::ControlOp::ReleaseStop) stopped_ = false;
     const std::string text = eki::encode(state_for(control));
     co_await client->write(text);

@@ -36,6 +36,7 @@ class WiredController {
   Signal served_;
   eki::Ack last_;
   bool stopped_ = false;
+  int stops_ = 0;
 };
 
 /// A bridge to a tracker that sees the mock cell's reflector.

@@ -138,6 +138,10 @@ asio::awaitable<ByteStream::Received> MemoryStream::receive(std::span<char> into
 }
 
 asio::awaitable<error_code> MemoryStream::write(std::string_view bytes) {
+  if (is_server_ && network_.latency > Duration{0}) {
+    const TimePoint comes = network_.clock_.now() + network_.latency;
+    co_await network_.clock_.sleep_until(comes);
+  }
   if (!link_) co_return asio::error::bad_descriptor;
   MemoryNetwork::Link& link = *link_;
   if (link.severed) {

@@ -21,6 +21,7 @@ class MemoryNetwork {
  public:
   using Serve = std::function<boost::asio::awaitable<void>(std::shared_ptr<MemoryStream> client)>;
   using Ports = std::vector<std::uint16_t>;
+  Duration latency{0};  ///< of what a device sends
 
   MemoryNetwork(boost::asio::io_context& io, Clock& clock) : io_{io}, clock_{clock} {}
 

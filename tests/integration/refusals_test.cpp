@@ -1,11 +1,16 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 
+#include "tests/await.hpp"
 #include "tests/certificates.hpp"
 #include "tests/integration/live_cell.hpp"
 
@@ -54,6 +59,46 @@ TEST(TheDaemon, NamesWhoHoldsItsRsiPort) {
   EXPECT_THAT(refused.err,
               AllOf(HasSubstr("RSI address"),
                     HasSubstr("trueposed (process " + std::to_string(cell.daemon().pid()) + ")")));
+}
+
+TEST(TheDaemon, LeavesAFolderOfRecordingsToTheDaemonThatHasIt) {
+  LiveCell cell{{.cell = {{"#folder: recordings", "folder: recordings"}}}};
+  cell.start_daemon();
+  std::string copied = text_of(cell.cell_file());
+  copied.replace(copied.find("demo.sqlite"), 11, "other.sqlite");
+  copied.replace(copied.find("runtime: run"), 12, "runtime: run2");
+  const Finished refused = run_program("trueposed", {"--config", cell.write("copied.yaml", copied)});
+  expect_one_line(refused, 3);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("the recordings folder"), HasSubstr("is in use by trueposed (process")));
+}
+
+TEST(TheDaemon, EndsThoughNobodyReadsItsLog) {
+  LiveCell cell;
+  const std::filesystem::path log = cell.folder() / "log";
+  ASSERT_EQ(::mkfifo(log.c_str(), 0600), 0);
+  const int reader = ::open(log.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  const std::string page(4096, '.');
+  while (::write(reader, page.data(), page.size()) > 0) {
+  }
+  const pid_t daemon = ::fork();
+  if (daemon == 0) {
+    const int full = ::open(log.c_str(), O_WRONLY);
+    ::dup2(full, STDERR_FILENO);
+    const std::string program = std::filesystem::path{TRUEPOSE_BIN_DIR} / "trueposed",
+                      file = cell.cell_file();
+    ::execl(program.c_str(), program.c_str(), "--config", file.c_str(), nullptr);
+    ::_exit(127);
+  }
+  await("it serves", [&] { return std::filesystem::exists(cell.folder() / "run/control.sock"); });
+  await("its client is answered", [&] {
+    return run_program("truepose", {"status", "--daemon", cell.folder() / "run/control.sock"}).exit_code == 0;
+  });
+  ::kill(daemon, SIGTERM);
+  int status = 0;
+  await("it ends", [&] { return ::waitpid(daemon, &status, WNOHANG) == daemon; });
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  ::close(reader);
 }
 
 TEST(TheDaemon, LeavesAStoreToTheDaemonThatHasIt) {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "daemon/control/audit_trail.hpp"
+#include "tests/certificates.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -113,6 +114,19 @@ TEST_F(AccessCommand, SaysWhatIsWrong) {
   const Finished open = access({"list"});
   EXPECT_EQ(open.exit_code, 2);
   EXPECT_THAT(open.err, HasSubstr("chmod 600"));
+}
+
+TEST_F(AccessCommand, LetsNobodyInByACertificateThatHasExpired) {
+  const Certificates certificates{folder_.path()};
+  certificates.make("panel");
+  certificates.expire("panel");
+  const std::vector<std::string> add{"add",    "panel",         "--role",
+                                     "viewer", "--certificate", certificates.certificate("panel")};
+  const Finished expired = access(add);
+  EXPECT_EQ(expired.exit_code, 1);
+  EXPECT_THAT(expired.err, HasSubstr("panel.pem: the certificate expired on "));
+  certificates.make("panel");
+  EXPECT_EQ(access(add).exit_code, 0);
 }
 
 TEST_F(AccessCommand, IsOfACellWhoseAuditTrailIsVerified) {

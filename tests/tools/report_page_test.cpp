@@ -30,6 +30,7 @@ namespace truepose {
 namespace {
 
 namespace json = boost::json;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -140,7 +141,12 @@ void expect_near(const json::value& a, const json::value& b, const std::string& 
 
 /// What the probe finds on the page, of which the browser has no complaint.
 json::value probed(std::string html) {
+  EXPECT_THAT(browse(html).console, IsEmpty());
   html.replace(html.find("</body>"), 7, kProbe);
+  EXPECT_THAT(browse(html).console, ElementsAre(HasSubstr("violates the following Content Security Policy")))
+      << "of no script but its own";
+  const auto policy = html.find("<meta http-equiv=\"Content-Security-Policy\"");
+  html.erase(policy, html.find('>', policy) + 1 - policy);
   const Browsed browsed = browse(html);
   EXPECT_THAT(browsed.console, IsEmpty());
   const std::string_view mark = "<pre id=\"probe\">";

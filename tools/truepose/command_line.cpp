@@ -14,6 +14,7 @@
 
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
+#include "daemon/threads/version_text.hpp"
 #include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
@@ -182,7 +183,7 @@ int run_command_line(const CommandLine& line, std::vector<std::string> words) {
     int exit_code = kDone;
     CLI::App app{"Calibrates industrial robots with a laser tracker, and corrects them while they work.",
                  "truepose"};
-    app.set_version_flag("--version", "truepose " TRUEPOSE_VERSION);
+    app.set_version_flag("--version", daemon::version_text("truepose"));
     app.require_subcommand(1);
     add_options(app, line.options);
     for (const Command& command : line.commands) add_command(app, command, line.options, exit_code);

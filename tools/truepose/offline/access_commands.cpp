@@ -13,6 +13,7 @@
 #include "config/cell_config.hpp"
 #include "config/text_file.hpp"
 #include "daemon/control/access_list.hpp"
+#include "daemon/store/as_owner.hpp"
 #include "proto/control/certificate.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/text.hpp"
@@ -32,26 +33,6 @@ struct AccessCommand {
   throw CommandError{kBadInput, "access file " + file.string() + ": " + std::strerror(errno)};
 }
 
-/// While it lives, what root writes belongs to the folder's owner, the daemon's user. Root again at its end:
-/// nobody traces a process that gave root up, not even the leak sanitizer its own.
-class AsOwnerOf {
- public:
-  AsOwnerOf(int folder, const fs::path& file) {
-    struct stat found {};
-    if (::fstat(folder, &found) != 0) fail(file);
-    if (user_ == 0 && (::setegid(found.st_gid) != 0 || ::seteuid(found.st_uid) != 0)) fail(file);
-  }
-  AsOwnerOf(const AsOwnerOf&) = delete;
-  AsOwnerOf& operator=(const AsOwnerOf&) = delete;
-  ~AsOwnerOf() {
-    if (::seteuid(user_) != 0 || ::setegid(group_) != 0) std::abort();
-  }
-
- private:
-  uid_t user_ = ::geteuid();
-  gid_t group_ = ::getegid();
-};
-
 /// The access file of a cell, one change at a time: others wait meanwhile.
 class AccessFile {
  public:
@@ -67,7 +48,8 @@ class AccessFile {
 
   const fs::path& path() const { return file_; }
   void write() const {
-    const AsOwnerOf owner{folder_, file_};
+    const auto owner = daemon::AsOwnerOf::take(config::folder_of(file_));
+    if (!owner) throw CommandError{kBadInput, "access file " + file_.string() + ": " + owner.error()};
     ::umask(0077);
     config::write_text_file(file_, control::access_text(access));
   }
@@ -88,6 +70,9 @@ class AccessFile {
 control::AccessEntry entry_by_certificate(const AccessCommand& command, const AccessEntries& access) {
   const auto certificate = control::read_certificate(config::read_text_file(command.certificate));
   if (!certificate) throw CommandError{kBadInput, command.certificate.string() + ": " + certificate.error()};
+  if (const std::string fault = control::validity_fault(*certificate, std::chrono::system_clock::now());
+      !fault.empty())
+    throw CommandError{kFailed, command.certificate.string() + ": the certificate " + fault};
   if (const auto* const other = access.of_certificate(certificate->fingerprint))
     throw CommandError{kFailed, command.certificate.string() + ": is that of " + other->name};
   return {.name = command.name,

@@ -55,7 +55,10 @@ int run_init(const TlsCommand& command) {
     write(new_authority("truepose CA", kAuthorityValid), ca_file(command.folder),
           ca_key_file(command.folder));
   const Identity authority = load_authority(command.folder);
-  const Identity daemon = new_identity({.name = command.hosts.front(),
+  // A name of the certificate is no longer than that; what clients compare are the hosts.
+  constexpr std::size_t kLongestName = 64;
+  const std::string& host = command.hosts.front();
+  const Identity daemon = new_identity({.name = host.size() <= kLongestName ? host : "truepose",
                                         .hosts = command.hosts,
                                         .usage = "serverAuth",
                                         .valid = kCertificateValid},
@@ -89,10 +92,12 @@ Option folder_option(TlsCommand& command) {
 
 /// What would be more than a name in a certificate.
 std::string host_fault(const std::string& host) {
-  const bool fits = !host.empty() && std::ranges::all_of(host, [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '.' || c == '-' || c == ':';
-  });
-  return fits ? "" : "expected a host's name or an IP address";
+  constexpr std::size_t kLongest = 253;  // RFC 1035
+  const bool fits =
+      !host.empty() && host.size() <= kLongest && std::ranges::all_of(host, [](unsigned char c) {
+        return std::isalnum(c) != 0 || c == '.' || c == '-' || c == ':';
+      });
+  return fits ? "" : "expected a host's name of at most 253 characters, or an IP address";
 }
 
 }  // namespace
