@@ -162,7 +162,7 @@ CellDevices::Outcome<void> CellDevices::mend(Remedy remedy) {
 asio::awaitable<DeviceError> CellDevices::explained(DeviceError error) {
   const TimePoint deadline = clock_.now() + kAnswer;
   auto seen = co_await robot_.look(deadline);
-  if (seen && !seen->ready) error.detail = "robot: " + seen->why_not_ready;
+  if (seen && !seen->ready) error.detail = drivers::not_ready_text(seen->why_not_ready);
   co_return error;
 }
 
@@ -199,7 +199,7 @@ CellDevices::Outcome<void> CellDevices::wait_for_robot() {
     auto state = co_await robot_.state(deadline);
     if (!state) co_return std::unexpected(robot_error(state.error()));
     if (state->ready) co_return std::expected<void, DeviceError>{};
-    await(CellDevice::Controller, "robot: " + state->why_not_ready);
+    await(CellDevice::Controller, drivers::not_ready_text(state->why_not_ready));
     if (told != state->why_not_ready) on_trouble_("robot: not ready, waiting: " + state->why_not_ready);
     told = state->why_not_ready;
     const TimePoint next = clock_.now() + kAgain;
@@ -240,7 +240,8 @@ CellDevices::Outcome<drivers::RobotState> CellDevices::ready_state() {
   auto state = co_await robot_.state(answer);
   if (!state) co_return std::unexpected(robot_error(state.error()));
   if (!state->ready)
-    co_return std::unexpected(DeviceError{Remedy::WaitForRobot, "robot: " + state->why_not_ready});
+    co_return std::unexpected(
+        DeviceError{Remedy::WaitForRobot, drivers::not_ready_text(state->why_not_ready)});
   co_return *std::move(state);
 }
 

@@ -173,6 +173,7 @@ void CellRunner::tell(const CellState& before, const std::string& reason, const 
 
 std::vector<std::string> CellRunner::allowed() const {
   std::vector<std::string> methods = allowed_methods(state_);
+  std::erase_if(methods, [&](const std::string& method) { return !possible_(method); });
   for (const RuledOut& by_fault : kRuledOut) {
     if (!faults_.stands(by_fault.fault)) continue;
     std::erase_if(

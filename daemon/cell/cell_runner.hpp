@@ -83,6 +83,11 @@ class CellRunner {
     no_packet_answered_ = std::move(no_packet_answered);
   }
 
+  /// What else than the state a method needs: where it is not there, the method is not allowed.
+  void possible_where(std::function<bool(std::string_view method)> possible) {
+    possible_ = std::move(possible);
+  }
+
   /// Feeds one event to the state machine and has its commands carried out.
   /// @param by  who caused it, as clients are told; empty: nobody did, or the daemon itself
   /// @return the refusal as an error, where there was one
@@ -113,7 +118,8 @@ class CellRunner {
   bool faulted_in_stream() const { return in<Faulted>() != nullptr && faulted_in_stream_; }
   control::RpcError wrong_state(std::string why, std::vector<std::string> allowed) const;
   control::RpcError wrong_state(std::string why) const { return wrong_state(std::move(why), allowed()); }
-  /// The methods that the state carries out, less what a standing fault rules out, and what that needs.
+  /// The methods that the state carries out, less what a standing fault rules out or what is not possible
+  /// now, and what a fault needs.
   std::vector<std::string> allowed() const;
   /// Whether that fault stands, and the method is not possible until it is acknowledged.
   bool rules_out(const char* fault, std::string_view method) const;
@@ -154,6 +160,7 @@ class CellRunner {
   StandingFaults faults_;
   std::array<CarryOut, kCellCommands> carry_out_;
   std::function<std::string()> no_packet_answered_;
+  std::function<bool(std::string_view method)> possible_ = [](std::string_view) { return true; };
   CellLimits limits_;
   CellState state_ = Disconnected{};
   std::string reason_ = "started";

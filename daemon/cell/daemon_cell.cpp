@@ -29,6 +29,11 @@ DaemonCell::DaemonCell(Parts parts)
       reports_{parts_, [this] { return stream_.json(); }},
       identifications_{parts_, runner_, store_, models_},
       backups_{parts_} {
+  runner_.possible_where([this](std::string_view method) {
+    if (method == "stream.start" || method == "stream.arm") return models_.needed_to_correct().has_value();
+    if (method == "drift.check") return models_.needed_for_drift().has_value();
+    return true;
+  });
   add_methods(table_, devices_);
   add_methods(table_, tools_);
   add_methods(table_, models_);

@@ -135,11 +135,13 @@ asio::awaitable<void> DeviceService::ask_robot() {
   auto asked = co_await robot_.state(deadline);
   if (!may_be_asked()) co_return;
   const bool may_stand = in_campaign() && !needs_.moving_arm;
-  const std::string why = !asked ? asked.error().detail : may_stand ? "" : asked->why_not_ready;
+  const std::string why = !asked                      ? "robot: " + asked.error().detail
+                          : may_stand || asked->ready ? ""
+                                                      : drivers::not_ready_text(asked->why_not_ready);
   if (in_campaign()) {
-    runner_.await(CellDevice::Controller, why.empty() ? "" : "robot: " + why);
+    runner_.await(CellDevice::Controller, why);
   } else if (!asked) {
-    runner_.apply(DeviceLost{"robot: " + why}, why);
+    runner_.apply(DeviceLost{why}, why);
   }
 }
 

@@ -68,6 +68,7 @@ std::vector<Method<StreamService>> StreamService::methods() {
 MethodReply StreamService::start(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
+  if (auto not_ready = co_await robot_not_ready()) co_return std::unexpected(*not_ready);
   if (auto refused = runner_.apply(StreamStartRequested{}, "asked for by an operator", by))
     co_return std::unexpected(*refused);
   before_request_ = parts_.stream.status();
@@ -87,6 +88,16 @@ MethodReply StreamService::start(json::object params, std::string by) {
   if (const auto* fault = runner_.in<Faulted>())
     co_return std::unexpected(RpcError{ErrorCode::Device, fault->reason});
   co_return json();
+}
+
+/// What the controller itself says is known at once, and is no reason to let go of it.
+asio::awaitable<std::optional<RpcError>> StreamService::robot_not_ready() {
+  if (!runner_.in<Ready>()) co_return std::nullopt;
+  const TimePoint deadline = parts_.clock.now() + kDeviceAnswer;
+  auto state = co_await devices_.robot().state(deadline);
+  if (!state || state->ready || !runner_.in<Ready>()) co_return std::nullopt;
+  co_return RpcError{ErrorCode::Device,
+                     drivers::not_ready_text(state->why_not_ready) + "; then start the stream"};
 }
 
 MethodReply StreamService::stop(json::object params, std::string by) {

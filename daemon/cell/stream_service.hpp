@@ -36,6 +36,7 @@ class StreamService {
   MethodReply disarm(boost::json::object params, std::string by);
   MethodReply status(boost::json::object params);
 
+  boost::asio::awaitable<std::optional<control::RpcError>> robot_not_ready();
   std::optional<control::RpcError> cannot_ramp_out(const std::string& method) const;
   template <typename State>
   boost::asio::awaitable<std::optional<control::RpcError>> ramped_out(std::string method);

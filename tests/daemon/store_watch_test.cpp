@@ -124,6 +124,22 @@ TEST_F(StoreWatchTest, AllowsNothingThatItRefuses) {
   });
 }
 
+TEST_F(StoreWatchTest, AllowsNothingWithoutAModelThatNeedsOne) {
+  EXPECT_TRUE(call("model.deactivate"));
+  play([this]() -> Wait {
+    for (const bool ready : {false, true}) {
+      if (ready) co_await connected();
+      const Answer now = co_await ask("cell.status");
+      const std::string text = control::json_text(now->at("allowed"));
+      for (const char* method : {"stream.start", "stream.arm", "drift.check"}) {
+        EXPECT_THAT(text, Not(HasSubstr(method)));
+        EXPECT_THAT((co_await ask(method)).error().message, HasSubstr("no model is active"));
+      }
+      EXPECT_THAT(text, HasSubstr("campaign.start"));
+    }
+  });
+}
+
 TEST_F(StoreWatchTest, ACampaignIsNotBegunOnAFullDiskAndTheDevicesStay) {
   play([this]() -> Wait {
     co_await connected();

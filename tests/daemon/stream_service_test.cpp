@@ -339,6 +339,24 @@ TEST_F(AFrozenStream, CanBeAcknowledgedInAnyStateThatItOutlives) {
   });
 }
 
+TEST_F(AWatchedStream, IsRefusedAtOnceWhileAnEmergencyStopIsPressedAndTheDevicesStay) {
+  play([this]() -> Wait {
+    robot.press_emergency_stop(true);
+    const TimePoint asked = clock.now();
+    const Answer refused = co_await ask("stream.start");
+    EXPECT_THAT(refused.error().message,
+                AllOf(HasSubstr("robot: emergency stop: release it"),
+                      HasSubstr("start truepose_motion there"), HasSubstr("then start the stream")));
+    EXPECT_LT(clock.now() - asked, 1s);
+    co_await pass(10s);
+    const Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "ready");
+    EXPECT_EQ(now->at_pointer("/robot/connected"), true);
+    EXPECT_EQ(now->at_pointer("/tracker/connected"), true);
+    EXPECT_EQ(fault_of(*now), "");
+  });
+}
+
 TEST_F(AWatchedStream, HoldsWhileItsProgramIsStoppedAndGoesOnWithIt) {
   rig.program.state = rsi::kProgramActive;
   play([this]() -> Wait {
