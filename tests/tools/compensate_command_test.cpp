@@ -50,8 +50,9 @@ class Compensate : public testing::Test {
     arguments.insert(arguments.begin(), {"compensate", "--robot", kRobot, "--model", model_file_});
     return run_program("truepose", arguments);
   }
+  /// With all the orientation that rows may give up.
   json::object document(std::vector<std::string> arguments) const {
-    arguments.push_back("--json");
+    arguments.insert(arguments.end(), {"--most-residual", "5", "--json"});
     const Finished run = compensate(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "");
@@ -103,6 +104,34 @@ TEST_F(Compensate, ALineThroughTheSingularityStaysWithinTheBoundAndIsDrawn) {
   EXPECT_THAT(text, HasSubstr("Targets"));
   EXPECT_THAT(text, HasSubstr("401"));
   EXPECT_EQ(page.select_nodes("//*[local-name()='svg']").size(), 4U);
+}
+
+TEST_F(Compensate, CountsTheRowsThatGiveUpOrientationAndEndsWith1) {
+  const std::filesystem::path out = folder_.path() / "joints.csv";
+  const Finished line = compensate({"--joints", file(line_through_the_singularity()), "--out", out});
+  EXPECT_EQ(line.exit_code, 1);
+  EXPECT_THAT(line.err,
+              testing::ContainsRegex("[0-9]+ of 401 rows give up more than 0.1 deg of orientation next to a "
+                                     "singularity, row [0-9]+ the most"));
+  EXPECT_TRUE(std::filesystem::exists(out)) << "the rows are there all the same";
+  EXPECT_EQ(compensate({"--joints", file(std::string(kJoints) + kRegularRow)}).exit_code, 0);
+}
+
+TEST_F(Compensate, TakesNoRadiansForDegreesAndNoMetresForMillimetres) {
+  const std::string rad =
+      std::string(kJoints) + "0.349,-1.396,1.745,0.524,0.785,-0.698\n0.4,-1.3,1.7,0.5,0.8,-0.7\n";
+  const std::filesystem::path out = folder_.path() / "joints.csv";
+  const Finished refused = compensate({"--joints", file(rad), "--out", out});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("these look like radians; say which it is by --unit rad or --unit deg"));
+  EXPECT_FALSE(std::filesystem::exists(out));
+  const json::object of_rad = document({"--joints", file(rad), "--unit", "rad"});
+  const json::object of_deg = document(
+      {"--joints", file(std::string(kJoints) + "19.9962,-79.9849,99.9811,30.0230,44.9772,-39.9925\n")});
+  EXPECT_LT((joints(of_rad, 0) - joints(of_deg, 0)).cwiseAbs().maxCoeff(), 1e-5);
+  const Finished metres = compensate({"--poses", file("x,y,z,a,b,c\n1.6,0.2,1.4,0,90,0\n")});
+  EXPECT_EQ(metres.exit_code, 2);
+  EXPECT_THAT(metres.err, HasSubstr("row 1: the position is within 10 mm of the middle of the arm's foot"));
 }
 
 TEST_F(Compensate, TheBoundAndItsZoneCanBeSet) {

@@ -25,6 +25,8 @@ struct CompensateOptions {
   std::string report_file;
   std::vector<double> near;  ///< deg (mm) per joint
   bool position_only = false;
+  std::string unit;                ///< "deg" or "rad" where it is said what turning joints are given in
+  double most_residual_deg = 0.1;  ///< of orientation, beyond which a row is counted
 
   // A KRL program
   std::filesystem::path src, dat, config_dat, out_dat;

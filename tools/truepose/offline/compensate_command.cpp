@@ -124,6 +124,13 @@ Command compensate_command() {
            Option("--position-only", &o.position_only,
                   "Only the position counts: the smallest change of the joints that reaches it",
                   {.excludes = {"--program"}}),
+           Option("--unit", &o.unit, "What turning joints of --joints are given in: deg (the default) or rad",
+                  {.check = member_of({"deg", "rad"}), .needs = {"--joints"}}),
+           Option(
+               "--most-residual", &o.most_residual_deg,
+               "Rows of which more orientation (deg) is given up next to a singularity are counted, and the command "
+               "ends with 1",
+               {.shows_default = true, .check = in_range(0.0, 180.0), .excludes = {"--program"}}),
            Option(
                "--temperatures", &c.temperature_c,
                "Of the drives (C), one a joint, for a model that knows what warmth does; otherwise its reference",

@@ -12,6 +12,7 @@
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/compensate/nominal_inverse.hpp"
+#include "core/formatted.hpp"
 #include "core/identify/positioner.hpp"
 #include "core/identify/tool_frame.hpp"
 #include "core/identify/uncertainty.hpp"
@@ -37,7 +38,47 @@ struct Target {
   JointVector e;  ///< of the positioner that carries it
 };
 
-Target target_of(TargetRow row, TargetForm form, const RobotModel& robot) {
+bool turns(const Joint& joint) { return joint.type == JointType::Revolute; }
+
+/// Whether what is read in degrees or millimetres was meant in radians or metres.
+class UnitWatch {
+ public:
+  UnitWatch(const RobotModel& robot, TargetForm form, const CompensateOptions& options, std::string file)
+      : robot_{robot},
+        of_joints_{form == TargetForm::Joints && options.unit.empty()},
+        of_base_{form != TargetForm::Joints && options.base.empty() && options.positioner.empty()},
+        file_{std::move(file)} {}
+
+  /// A row as it was read. Throws CommandError where it is in metres.
+  void see(const TargetRow& row, std::size_t number) {
+    constexpr double kNear_mm = 10;  // of the arm's own base, within its foot
+    const auto& v = row.numbers;
+    if (of_base_ && std::hypot(v[0], v[1], v[2]) < kNear_mm)
+      throw CommandError{kBadInput,
+                         file_ + ": row " + std::to_string(number) +
+                             ": the position is within 10 mm of the middle of the arm's foot: x, y, z are "
+                             "read in mm, and these look like metres; give them in mm"};
+    for (std::size_t i = 0; of_joints_ && i < v.size(); ++i)
+      if (turns(robot_.joints[i])) largest_ = std::max(largest_, std::abs(v[i]));
+  }
+  /// After the last row, or one that cannot be reached. Throws CommandError where all were in radians.
+  void end() const {
+    constexpr double kTurn_rad = 6.2832, kSmall = 0.35;  // 20 deg
+    if (largest_ <= kSmall || largest_ > kTurn_rad) return;
+    throw CommandError{
+        kBadInput, file_ + ": no joint is beyond " + formatted("%.3g", largest_) +
+                       " in any row: joints are read in deg, and these look like radians; say which it is "
+                       "by --unit rad or --unit deg"};
+  }
+
+ private:
+  const RobotModel& robot_;
+  bool of_joints_, of_base_;
+  std::string file_;
+  double largest_ = 0;
+};
+
+Target target_of(TargetRow row, TargetForm form, const RobotModel& robot, bool in_rad) {
   Target target{.q = {},
                 .X = Eigen::Isometry3d::Identity(),
                 .status = row.status,
@@ -45,6 +86,8 @@ Target target_of(TargetRow row, TargetForm form, const RobotModel& robot) {
                 .e = std::move(row.e)};
   std::vector<double>& v = row.numbers;
   if (form == TargetForm::Joints) {
+    for (std::size_t i = 0; in_rad && i < v.size(); ++i)
+      if (turns(robot.joints[i])) v[i] *= kDegPerRad;
     target.q = joints_from(v, robot);
   } else {
     v.resize(6);
@@ -291,7 +334,14 @@ class Output {
   }
 
   /// @param flush  a reader may be waiting for this row before it sends the next
-  void add(const ReachedTarget& target, bool flush) {
+  void add(const ReachedTarget& target, std::size_t row, bool flush) {
+    ++rows_;
+    const double given_up_deg = target.compensated.residual_rad * kDegPerRad;
+    if (given_up_deg > options_.most_residual_deg) ++given_up_;
+    if (given_up_deg > most_given_up_deg_) {
+      most_given_up_deg_ = given_up_deg;
+      worst_row_ = row;
+    }
     if (std::ostream* out = csv()) {
       write_line(*out, row_of(target));
       if (flush) out->flush();
@@ -305,11 +355,20 @@ class Output {
     if (report_file_) report_.rows.push_back(report_row(nominal_, target));
   }
 
-  void finish() {
+  /// @return whether every row keeps its orientation as well as was asked for
+  bool finish() {
     if (report_file_) report_file_->stream() << report::render_compensation_html(report_);
     if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
     if (tells_sigma_ && !options_.base.empty() && !tells_base_) note(kBaseGiven);
+    if (given_up_ > 0)
+      say_beside(
+          "truepose: " + std::to_string(given_up_) + " of " + std::to_string(rows_) +
+          " rows give up more than " + formatted("%g", options_.most_residual_deg) +
+          " deg of orientation next to a singularity, row " + std::to_string(worst_row_) + " the most (" +
+          formatted("%.2f", most_given_up_deg_) +
+          " deg): what is far from the point that stays exact is off by that; move these targets away from there, or "
+          "allow it by --most-residual");
     if (options_.as_json) std::cout << control::json_text(document_) << '\n';
     flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {
@@ -318,6 +377,7 @@ class Output {
     for (auto* file : {&out_, &report_file_}) {
       if (*file) (*file)->take_place();
     }
+    return given_up_ == 0;
   }
 
  private:
@@ -356,6 +416,8 @@ class Output {
   std::optional<UnfinishedFile> out_, report_file_;
   json::object document_;
   report::CompensationReport report_;
+  std::size_t rows_ = 0, given_up_ = 0, worst_row_ = 0;
+  double most_given_up_deg_ = 0;
 };
 
 }  // namespace
@@ -382,16 +444,20 @@ int run_compensate_targets(const CompensateOptions& options, const RobotModel& n
                        .table = table ? &table->robot() : nullptr});
   Targets targets(options, nominal, model, table, reader.form(), reader.has_status());
   Output output(options, nominal, targets, file);
+  UnitWatch units(nominal, reader.form(), options, file);
   while (auto row = reader.next()) {
-    const auto reached = targets.reach(target_of(*std::move(row), reader.form(), nominal));
+    units.see(*row, reader.row());
+    const auto reached =
+        targets.reach(target_of(*std::move(row), reader.form(), nominal, options.unit == "rad"));
     if (!reached) {
+      units.end();  // then that is the reason
       std::cout.flush();
       throw CommandError{kFailed, file + ": row " + std::to_string(reader.row()) + ": " + reached.error()};
     }
-    output.add(*reached, is_pipe && in.rdbuf()->in_avail() <= 0);
+    output.add(*reached, reader.row(), is_pipe && in.rdbuf()->in_avail() <= 0);
   }
-  output.finish();
-  return kDone;
+  units.end();
+  return output.finish() ? kDone : kFailed;
 }
 
 }  // namespace truepose::tools
