@@ -117,6 +117,48 @@ class Dashboard(unittest.TestCase):
         self.assertEqual(len(self.page.sockets), 2)
         until(lambda: self.sessions() == 1, self.sessions)
 
+    def buttons(self):
+        return self.page.value('[...document.querySelectorAll("#buttons button")].map(one => one.dataset.method)') or []
+
+    def status(self):
+        client = Client(self, self.cell.port)
+        status = client.call("cell.status")["result"]
+        client.close()
+        return status
+
+    def commands(self):
+        """What the page has buttons for, of what the cell allows."""
+        named = json.loads(self.page.value("JSON.stringify(Object.keys(kCommands))"))
+        return sorted(method for method in self.status()["allowed"] if method in named)
+
+    def test_has_a_button_for_what_an_operator_may_do_and_none_for_who_may_not(self):
+        operator = self.cell.access("Operator", "operator")
+        self.open(f"#token={self.token}")
+        self.until_shown(lambda shown: shown["state"] == "disconnected")
+        self.assertEqual(self.buttons(), [])
+        self.open(f"#token={operator}")
+        until(lambda: sorted(self.buttons()) == self.commands() != [], self.buttons)
+        self.page.value("document.querySelector('[data-method=\"cell.connect\"]').click()")
+        self.until_live()
+        until(lambda: sorted(self.buttons()) == self.commands() and "cell.disconnect" in self.buttons(), self.buttons)
+        self.assertIn("A1 ", self.shown()["robot"])
+
+    def test_shows_an_interrupted_campaign_with_both_ways_on_as_the_command_line_does(self):
+        operator = self.cell.access("Operator", "operator")
+        self.cell.truepose("campaign", "start")
+        until(lambda: (self.status()["campaign"] or {}).get("done", 0) > 0, self.status)
+        self.cell.kill_daemon()
+        self.cell.start_daemon()
+        self.open(f"#token={operator}")
+        until(lambda: {"campaign.resume", "campaign.abort"} <= set(self.buttons()), self.buttons)
+        text = self.page.value('by("interrupted").innerText')
+        self.assertIn("the daemon ended in the middle of it", text)
+        self.assertIn("the daemon ended in the middle of it", self.cell.truepose("status")[1])
+        self.assertNotIn("none", self.shown()["green"])
+        self.page.value("document.querySelector('[data-method=\"campaign.abort\"]').click()")
+        until(lambda: not self.status()["interrupted"], self.status)
+        until(lambda: "campaign.abort" not in self.buttons(), self.buttons)
+
 
 if __name__ == "__main__":
     if not shutil.which("chromium"):

@@ -92,6 +92,10 @@ class LiveCell:
     def stop_daemon(self):
         self._end("trueposed")
 
+    def kill_daemon(self):
+        self.processes["trueposed"].kill()
+        self.processes.pop("trueposed").wait()
+
     def freeze_daemon(self):
         self.processes["trueposed"].send_signal(signal.SIGSTOP)
 
