@@ -100,7 +100,7 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& path) : path_(path) 
   if (beside_.empty()) {
     out_.open(path_, std::ios::binary | std::ios::trunc);
   } else {
-    // Made anew: what somebody else has put there, as a link, is not written to.
+    // A new file: a link that another program has put there is not followed.
     std::filesystem::remove(beside_, ignored);
     out_.open(beside_, std::ios::binary | std::ios::noreplace);
   }

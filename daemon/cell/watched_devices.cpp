@@ -8,8 +8,7 @@ using drivers::TimePoint;
 
 namespace {
 
-/// A call that is cut short, as by an abort, leaves a connection that nobody can use: whoever it was for does
-/// not know which answer comes next.
+/// An abort cuts a call short. The connection is then out of step: its next answer belongs to the old call.
 class Whole {
  public:
   Whole(bool& connected, std::string& why_not) : connected_{connected}, why_not_{why_not} {}

@@ -35,7 +35,7 @@ std::expected<std::vector<FullAuditFile>, std::string> full_audit_files(const st
 struct AuditFault {
   std::uint64_t number = 0;       ///< of the record that says so
   std::string text;               ///< one phrase
-  std::string acknowledged_by{};  ///< empty: nobody did
+  std::string acknowledged_by{};  ///< empty: not acknowledged
 };
 
 /// Why a trail is not followed to its end.

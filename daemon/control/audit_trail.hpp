@@ -23,8 +23,8 @@ class AuditTrail {
                                              << 20U;  ///< bytes, from which on a new file is begun
 
   /// Goes on behind what is there. A trail that is not what was written is put aside, and a new file begun
-  /// behind the last record that anybody knows of, which says so. Of one that cannot be read nobody knows
-  /// that, and it is left as it is.
+  /// behind the last record that the head file, the store or the full files know. Its first record says so. A
+  /// trail that cannot be read is left as it is.
   /// @param time   now, RFC 3339
   /// @param known  ends that the trail had, as the store knows
   /// @param full   bytes from which on a new file is begun
@@ -60,9 +60,9 @@ class AuditTrail {
   std::expected<boost::json::array, std::string> records(std::uint64_t before, std::size_t limit);
   std::uint64_t count() const { return end_.count; }
   const control::AuditHead& end() const { return end_; }
-  /// What was found of it at a start and nobody has acknowledged; empty: nothing.
+  /// The change that a start has found, until it is acknowledged; empty: none.
   const std::string& fault() const { return fault_; }
-  /// Somebody has, as a record says.
+  /// A record of the acknowledgement is in the trail.
   void acknowledge() { fault_.clear(); }
 
  private:

@@ -110,7 +110,7 @@ struct ControlServerParts {
   std::filesystem::path socket{};   ///< Unix socket for clients of this machine; empty: none
   std::filesystem::path access{};   ///< access file; empty: nobody but the token's holders
   std::filesystem::path audit{};    ///< audit trail; empty: nothing is kept on record
-  AuditWitness* witness = nullptr;  ///< knows where the trail ends, in the worker's thread; null: nobody does
+  AuditWitness* witness = nullptr;  ///< knows where the trail ends, in the worker's thread; null: none
   std::function<void(const std::string&)> note = [](const std::string&) {};  ///< logs what is no warning
 };
 

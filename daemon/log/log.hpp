@@ -12,7 +12,7 @@ std::string_view name(LogLevel level);  ///< "info", "warning", "error"
 ///
 /// @param level  "trace", "debug", "info", "warn" or "error"
 void open_log(std::string_view level);
-/// Writes what is still queued, for a second at most: where nobody reads it, it is lost.
+/// Writes what is still queued, for a second at most. What the reader has not taken by then is lost.
 /// @return whether all of it is written; else nothing more can be, and the process ends by _exit()
 [[nodiscard]] bool close_log();
 

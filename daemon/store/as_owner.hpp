@@ -10,16 +10,15 @@
 
 namespace truepose::daemon {
 
-/// While it lives, root acts as the user to whom a folder belongs, as the daemon's user: what is made there
-/// is his, and what he may have put there, as a link to a file of root's, does no harm. Others act as
-/// themselves.
+/// While it lives, root acts as the owner of a folder, usually the daemon's user. New files belong to that
+/// user, and a link to a file of root's does no harm. Other users act as themselves.
 class AsOwnerOf {
  public:
   /// The error is one sentence.
   static std::expected<AsOwnerOf, std::string> take(const std::filesystem::path& folder);
   AsOwnerOf(AsOwnerOf&& other) noexcept;
   AsOwnerOf& operator=(AsOwnerOf&&) = delete;
-  /// Root again: nobody traces a process that gave root up, not even the leak sanitizer its own.
+  /// Root again: the leak sanitizer cannot trace a process that has given root up.
   ~AsOwnerOf();
 
  private:

@@ -7,8 +7,8 @@
 
 namespace truepose::daemon {
 
-/// Who knows beside the audit trail where it once ended, so that one that is shorter, or another, is found:
-/// the store. Used by the thread that the store belongs to.
+/// A second record of where the audit trail ended, so that a shorter or replaced trail is found. The store
+/// keeps it. Used by the store's thread.
 class AuditWitness {
  public:
   virtual ~AuditWitness() = default;

@@ -29,7 +29,7 @@ std::unexpected<std::string> system_failure(const fs::path& file, int error) {
   return std::unexpected(file.string() + ": " + std::strerror(error));
 }
 
-/// A backup, read by whoever may read it.
+/// A backup, read with the caller's own rights.
 std::expected<std::unique_ptr<sqlite::Database>, std::string> read_backup(const fs::path& backup) {
   if (const StoreResult<void> good = Store::examine(backup); !good)
     return std::unexpected(good.error().detail);

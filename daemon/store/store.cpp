@@ -122,7 +122,7 @@ StoreResult<std::unique_ptr<Database>> open_checked(std::string_view operation, 
   return database;
 }
 
-/// Of a store of an older version a copy is kept beside it, since nothing leads back.
+/// A migration cannot be undone: a copy of the older store is kept next to it.
 StoreResult<void> keep_older(Database& database, const std::filesystem::path& file) {
   const StoreResult<int> version = known_version(database, file.string());
   if (!version) return std::unexpected(version.error());

@@ -149,8 +149,8 @@ class Store final : public EventArchive, public AuditWitness {
   /// @param total  poses over all phases as they are known then
   StoreResult<void> begin_campaign(const CampaignRecord& campaign, const std::string& order = "",
                                    int total = 0);
-  // What a campaign writes may be written again, as after an error of which nobody knows whether it came
-  // before or after the commit: it is kept once.
+  // After an error the commit may or may not be on the disk. So a campaign may repeat each write, and the
+  // store keeps it once.
   StoreResult<void> add_point(const std::string& campaign_id, const StoredPoint& point);
   StoreResult<void> add_skipped(const std::string& campaign_id, const SkippedPose& skipped);
   /// Writes state, end, reason, model and document of a campaign, and in the same transaction the model that

@@ -212,8 +212,8 @@ TEST_F(StoreFaults, ADiskThatFailsAtAnyChangeIsWrittenToAgainOnlyOnceItWasTried)
       EXPECT_THAT(operation.run(store).error().detail, HasSubstr("check the disk, then acknowledge"));
       const auto tried = store.try_again();
       ASSERT_TRUE(tried) << tried.error().detail;
-      // Whether the commit was on the disk when its sync failed, nobody knows: what a campaign writes is
-      // written again either way, and kept once.
+      // The commit may or may not be on the disk when its sync failed. A campaign repeats the write, and the
+      // store keeps it once.
       const Content tried_once = content_of(store);
       if (tried_once != before && !operation.of_campaign) continue;
       const StoreResult<void> again = operation.run(store);

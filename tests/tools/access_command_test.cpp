@@ -155,7 +155,7 @@ TEST_F(AccessCommand, IsOfACellWhoseAuditTrailIsVerified) {
   const Finished put_aside = verify({});
   EXPECT_EQ(put_aside.exit_code, 1);
   EXPECT_THAT(put_aside.err, AllOf(HasSubstr("before record 8: it is missing, and had 7 records at least"),
-                                   HasSubstr("nobody has acknowledged that")));
+                                   HasSubstr("this is not acknowledged")));
   {
     auto of_cell = daemon::AuditTrail::open(trail, "2026-11-28T10:00:00.000Z");
     const boost::json::object asked{

@@ -61,7 +61,7 @@ int run_verify(const Verify& command) {
     const std::string what = "before record " + std::to_string(fault.number) + ": " + fault.text;
     if (fault.acknowledged_by.empty())
       throw CommandError{kFailed, place + what +
-                                      "; nobody has acknowledged that: find out who did it, then "
+                                      "; this is not acknowledged: find out who did it, then "
                                       "`truepose audit acknowledge --name NAME`"};
     acknowledged.push_back(
         boost::json::object{{"record", fault.number}, {"text", fault.text}, {"by", fault.acknowledged_by}});
