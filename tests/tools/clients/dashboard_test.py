@@ -143,6 +143,30 @@ class Dashboard(unittest.TestCase):
         until(lambda: sorted(self.buttons()) == self.commands() and "cell.disconnect" in self.buttons(), self.buttons)
         self.assertIn("A1 ", self.shown()["robot"])
 
+    def test_shows_in_every_state_what_the_command_line_shows(self):
+        operator = self.cell.access("Operator", "operator")
+        self.open(f"#token={operator}")
+
+        def agrees(state):
+            def same():
+                now, shown = self.status(), self.shown()
+                said = self.cell.truepose("status")[1]
+                return (now["state"] == shown["state"] == state and shown["why"] == now["state_text"] and shown["why"] in said
+                        and self.page.value('by("next").innerText') and sorted(self.buttons()) == self.commands())
+            until(same, lambda: (state, self.status()["state_text"], self.shown()["why"], self.buttons(), self.commands()))
+
+        agrees("disconnected")
+        self.cell.truepose("connect")
+        agrees("ready")
+        self.cell.truepose("campaign", "start")
+        self.cell.truepose("campaign", "pause")
+        agrees("paused")
+        self.cell.truepose("campaign", "abort")
+        agrees("ready")
+        self.cell.steer({"kind": "eki-drop", "lasts_ms": 6_000_000})
+        agrees("fault")
+        self.assertNotIn("none", self.shown()["green"])
+
     def test_shows_an_interrupted_campaign_with_both_ways_on_as_the_command_line_does(self):
         operator = self.cell.access("Operator", "operator")
         self.cell.truepose("campaign", "start")
