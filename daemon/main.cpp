@@ -14,10 +14,10 @@
 #include "config/cell_config.hpp"
 #include "config/program_options.hpp"
 #include "daemon/check.hpp"
+#include "daemon/control/version_text.hpp"
 #include "daemon/daemon.hpp"
 #include "daemon/device_probe.hpp"
 #include "daemon/log/log.hpp"
-#include "daemon/threads/version_text.hpp"
 
 namespace {
 

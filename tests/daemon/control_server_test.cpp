@@ -58,7 +58,7 @@ TEST_F(ControlServerTest, ClosesAfterAWrongTokenAnotherProtocolOrGarbage) {
 }
 
 TEST_F(ControlServerTest, AnswersAPeerThatGuessesTokensLateAndLetsTheRightTokenIn) {
-  const auto port = serve({.hello_failures = 2, .hello_delay = 1s});
+  const auto port = serve({.hello_failures = 2, .hello_delay = 1s, .look = 1h});
   for (int guess = 0; guess < 2; ++guess) EXPECT_EQ(Client::code_of(Client{port}.hello("wrong")), -32001);
   Client wrong{port}, right{port};
   wrong.send_hello("wrong");
@@ -93,7 +93,7 @@ TEST(WrongGuesses, AreForgottenAfterTheWindowAndOfVeryManyPeersTheOldest) {
 }
 
 TEST_F(ControlServerTest, LetsTheRightTokenInHoweverManyConnectionsStandAndGuess) {
-  const auto port = serve({.guests_of_peer = 2, .hello_failures = 1, .hello_delay = 1s});
+  const auto port = serve({.guests_of_peer = 2, .hello_failures = 1, .hello_delay = 1s, .look = 1h});
   EXPECT_EQ(Client::code_of(Client{port}.hello("wrong")), -32001);
   Client right{port};
   right.send_hello(kToken);

@@ -14,7 +14,7 @@
 
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
-#include "daemon/threads/version_text.hpp"
+#include "daemon/control/version_text.hpp"
 #include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {

@@ -260,7 +260,7 @@ test("Each of twenty clients has a session over a connection of its own, and one
 test("The cell's state is shown with types, units and descriptions of the control port's schema", async () => {
   await until(isState("disconnected"));
   assert.equal(await valueOf("cell"), "demo");
-  assert.deepEqual(await valueOf("allowed"), ["cell.connect", "campaign.start", "drift.check", "stream.arm"]);
+  assert.deepEqual(await valueOf("allowed"), ["cell.connect", "campaign.start"]);
   assert.match((await read("stream.correction_deg", AttributeIds.Description)).value.value.text, /Correction sent/);
   assert.equal((await valueAt("/T:truepose/T:Stream/T:MaxStep.EngineeringUnits")).displayName.text, "°");
   assert.equal((await read("stream.cycles")).value.dataType, DataType.Int64);

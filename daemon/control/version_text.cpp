@@ -1,4 +1,4 @@
-#include "daemon/threads/version_text.hpp"
+#include "daemon/control/version_text.hpp"
 
 #include <openssl/crypto.h>
 #include <spdlog/version.h>
