@@ -99,7 +99,7 @@ Commands::Commands(ControlServerParts& parts, asio::any_io_executor executor, st
       audit_{std::move(audit)},
       presence_{std::move(presence)} {
   remember();
-  show_audit_fault();
+  show_audit_fault(audit_ ? audit_->fault() : "");
 }
 
 // By their order and never by their times, which are those of a clock that may have been set: what was asked
@@ -160,8 +160,7 @@ void Commands::cannot_write(const std::string& why) {
   parts_.cell.unrecorded(sentence);
 }
 
-void Commands::show_audit_fault() {
-  const std::string fault = audit_ ? audit_->fault() : "";
+void Commands::show_audit_fault(const std::string& fault) {
   parts_.cell.stand(
       !fault.empty(),
       {"E_AUDIT", "error",
@@ -251,18 +250,21 @@ asio::awaitable<Commands::Outcome> Commands::acknowledge_audit(json::object comm
     co_return refused(ErrorCode::InvalidParams, "params.name: expected your name", "params.name");
   if (!audit_) co_return refused(ErrorCode::NotFound, "this daemon keeps no audit trail");
   const std::string time = control::rfc3339(parts_.wall_clock());
-  auto job = [this, time] { return audit_->restore(time); };
+  auto job = [this, time]() -> std::expected<std::string, std::string> {
+    if (auto restored = audit_->restore(time); !restored) return std::unexpected(restored.error());
+    return audit_->fault();
+  };
   const auto restored = co_await parts_.worker.ask(job);
   if (!restored)
     co_return refused(ErrorCode::Store, "the audit trail cannot be written: " + restored.error());
-  const std::string fault = audit_->fault();
+  const std::string fault = *restored;
   if (fault.empty())
     co_return refused(ErrorCode::WrongState, "nothing is to be acknowledged of the audit trail");
   Act act = [fault]() -> asio::awaitable<Result> { co_return json::object{{"acknowledged", fault}}; };
   Outcome outcome = co_await on_record(std::move(command), std::move(act));
   auto acknowledge = [this] { audit_->acknowledge(); };
   co_await parts_.worker.run(acknowledge);
-  show_audit_fault();
+  show_audit_fault("");
   co_return std::move(outcome);
 }
 
@@ -371,7 +373,7 @@ asio::awaitable<Commands::Result> Commands::records(json::object params) {
 
 asio::awaitable<void> Commands::look() {
   if (audit_) {
-    auto job = [this] { return owes_ ? audit_->pay() : audit_->in_place(); };
+    auto job = [this, owes = owes_] { return owes ? audit_->pay() : audit_->in_place(); };
     const auto there = co_await parts_.worker.ask(job);
     if (!there && !owes_) cannot_write(there.error());
     owes_ = owes_ && !there;

@@ -79,7 +79,7 @@ class Commands {
                                                                                bool must_be);
   void cannot_write(const std::string& why);
   /// What was found of the audit trail stands as a fault until it is acknowledged.
-  void show_audit_fault();
+  void show_audit_fault(const std::string& fault);
   boost::asio::awaitable<Outcome> acknowledge_audit(boost::json::object command,
                                                     const control::Request& request);
   void tell(const char* change, const std::string& by, boost::json::object more);
