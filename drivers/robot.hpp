@@ -54,7 +54,7 @@ struct RobotState {
   std::optional<std::string> serial;  ///< number of the arm; none: not told
 };
 
-/// Why the robot is not ready and what somebody has to do there: "robot: emergency stop: release it, ..".
+/// Why the robot is not ready and the way out: "robot: emergency stop: release it, ..".
 std::string not_ready_text(const std::string& why_not_ready);
 
 struct MoveCommand {

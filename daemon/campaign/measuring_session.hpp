@@ -147,7 +147,7 @@ class MeasuringSession {
   Outcome<void> keep_identified(std::string sha256);
 
   /// What the job returns, which may take long. Where there is no memory for it the campaign pauses, and the
-  /// job is done once more when somebody has resumed it.
+  /// job is done once more after a resume.
   template <typename Job>
   boost::asio::awaitable<std::invoke_result_t<Job>> compute(Job job);
   void report_trouble(const std::string& sentence) { observer_.on_trouble(sentence); }
@@ -219,7 +219,7 @@ class MeasuringSession {
   /// On the disk first: what the arm moves on from is never lost.
   Outcome<StoredPoint> store(StoredPoint point);
   /// Writes until the journal has it. Where there is no room, or the disk fails, the campaign pauses, and
-  /// what is to be written waits until somebody has seen to that and resumes it.
+  /// what is to be written waits until the operator has removed the cause and resumes it.
   template <typename T>
   Outcome<T> journalled(std::function<boost::asio::awaitable<StoreResult<T>>()> write);
   Outcome<void> recover(DeviceError error);

@@ -13,7 +13,7 @@
 
 namespace truepose::daemon {
 
-/// Where the audit trail of a store is: beside it. It is written to one file, and where that is long goes on
+/// Where the audit trail of a store is: next to it. It is written to one file, and where that is long goes on
 /// in a new one: the old one then has the numbers of its records behind its name, ".1-40000". Its end is in a
 /// file of its own,
 /// ".head".
@@ -50,10 +50,10 @@ struct FollowedAudit {
   control::AuditHead base, end;
   std::vector<std::uint64_t> ends{0};  ///< offsets behind no line, the first, ... the last
   std::vector<AuditFault> faults;
-  std::set<std::uint64_t> known_to{};  ///< numbers of records that are those that somebody else knows
+  std::set<std::uint64_t> known_to{};  ///< numbers of the known records that are in it
 };
 /// @param base   behind which record it begins, where that is known
-/// @param known  ends that the trail had once, of which somebody else knows: they must be in it
+/// @param known  earlier ends of the trail, by the store or the log: they must be in it
 std::expected<FollowedAudit, AuditNotFollowed> follow_audit_file(
     const std::filesystem::path& file, const std::optional<control::AuditHead>& base,
     std::span<const control::AuditHead> known);

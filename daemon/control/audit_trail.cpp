@@ -60,9 +60,9 @@ std::string bytes_of(int file, std::uint64_t begin, std::uint64_t size) {
 
 // Opening.
 
-std::expected<void, std::string> AuditTrail::open_files(bool anew) {
+std::expected<void, std::string> AuditTrail::open_files(bool must_be_new) {
   constexpr mode_t kOursAlone = S_IRUSR | S_IWUSR;
-  const int flags = O_RDWR | O_CREAT | O_CLOEXEC | (anew ? O_EXCL : 0);
+  const int flags = O_RDWR | O_CREAT | O_CLOEXEC | (must_be_new ? O_EXCL : 0);
   last_.file = ::open(file_.c_str(), flags, kOursAlone);
   if (last_.file >= 0) head_ = ::open(audit_head_of(file_).c_str(), flags, kOursAlone);
   if (last_.file < 0 || head_ < 0) return std::unexpected(std::strerror(errno));

@@ -74,7 +74,7 @@ class AuditTrail {
   };
 
   AuditTrail() = default;
-  std::expected<void, std::string> open_files(bool anew);
+  std::expected<void, std::string> open_files(bool must_be_new);
   void close_files();
   std::expected<void, std::string> begin_behind(const control::AuditHead& end, const std::string& why,
                                                 const std::string& time);

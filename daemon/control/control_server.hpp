@@ -108,7 +108,7 @@ struct ControlServerParts {
   std::function<void(const std::string&)> warn;  ///< logs one sentence
   Worker& worker;                   ///< writes the audit trail, and reads the events that are kept
   std::filesystem::path socket{};   ///< Unix socket for clients of this machine; empty: none
-  std::filesystem::path access{};   ///< access file; empty: nobody but the token's holders
+  std::filesystem::path access{};   ///< access file; empty: the token's holders alone
   std::filesystem::path audit{};    ///< audit trail; empty: nothing is kept on record
   AuditWitness* witness = nullptr;  ///< knows where the trail ends, in the worker's thread; null: none
   std::function<void(const std::string&)> note = [](const std::string&) {};  ///< logs what is no warning

@@ -82,7 +82,7 @@ class Database {
   /// "cell.db: database or disk is full; make room on the disk": the file, what SQLite says and what to do.
   /// Remembers errors of the device.
   StoreError error(int code);
-  /// Once there are the log and its index, which SQLite makes beside the file.
+  /// Once there are the log and its index, which SQLite makes next to the file.
   void watch_logs();
   /// Whether the file that was opened to be written and its logs are still those at their paths: not deleted,
   /// moved away or replaced.

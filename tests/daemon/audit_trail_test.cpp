@@ -121,7 +121,7 @@ TEST_F(AuditTrailTest, IsNeitherSoundNorChangedWhereItCannotBeRead) {
   EXPECT_EQ(verify_audit(file())->end.count, 3U);
 }
 
-/// Somebody acknowledges what stands, as the daemon puts it on record.
+/// An acknowledgement, as the daemon puts it on record.
 void acknowledge(AuditTrail& trail) {
   const auto asked =
       trail.append({{"who", "Anna"}, {"method", "audit.acknowledge"}, {"params", {{"name", "Anna Beer"}}}});
