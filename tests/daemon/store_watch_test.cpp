@@ -16,6 +16,12 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
+void expect_done_with_each_pose_once(const json::value& campaign) {
+  EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done");
+  EXPECT_EQ(campaign.at("points_total"), 28);
+  EXPECT_TRUE(campaign.at("skipped").as_array().empty());
+}
+
 /// Before the cell, whose store is on it.
 struct OnADisk {
   test::FailingDisk disk;
@@ -71,10 +77,7 @@ TEST_F(StoreWatchTest, AFullDiskPausesACampaignWhichGoesOnWithItsPointOnceThereI
     co_await campaign_ended();
     EXPECT_NE(measured, json::value{});
   });
-  const json::value campaign = call("campaign.get", {{"points_limit", 100}}).value();
-  EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done");
-  EXPECT_EQ(campaign.at("points_total"), 28) << "each pose once";
-  EXPECT_TRUE(campaign.at("skipped").as_array().empty());
+  expect_done_with_each_pose_once(call("campaign.get", {{"points_limit", 100}}).value());
 }
 
 TEST_F(StoreWatchTest, ADiskThatFailsForAMomentPausesACampaignWhichGoesOnWithItsPoint) {
@@ -91,9 +94,7 @@ TEST_F(StoreWatchTest, ADiskThatFailsForAMomentPausesACampaignWhichGoesOnWithIts
     EXPECT_TRUE(co_await ask("campaign.resume"));
     co_await campaign_ended();
   });
-  const json::value campaign = call("campaign.get", {{"points_limit", 100}}).value();
-  EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done");
-  EXPECT_EQ(campaign.at("points_total"), 28) << "each pose once";
+  expect_done_with_each_pose_once(call("campaign.get", {{"points_limit", 100}}).value());
 }
 
 TEST_F(StoreWatchTest, NothingNewIsBegunUntilItIsAcknowledged) {
@@ -313,9 +314,7 @@ TEST_F(LostStoreTest, PausesACampaignWhichGoesOnOnceItIsBack) {
     EXPECT_TRUE(co_await ask("campaign.resume"));
     co_await campaign_ended();
   });
-  const json::value campaign = call("campaign.get", {{"points_limit", 100}}).value();
-  EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done");
-  EXPECT_EQ(campaign.at("points_total"), 28) << "each pose once";
+  expect_done_with_each_pose_once(call("campaign.get", {{"points_limit", 100}}).value());
 }
 
 }  // namespace
