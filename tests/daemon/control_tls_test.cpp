@@ -104,6 +104,11 @@ class ControlTls : public ControlServerTest {
   }
   /// Lets the server look at its files.
   void let_it_look() {
+    std::size_t asleep = 0;  // between two looks: this far ahead nothing else is due
+    await("it has looked", [&] {
+      on_loop([&] { asleep = clock_.sleepers_within(ControlLimits{}.look); });
+      return asleep > 0;
+    });
     advance(2s);
     on_loop([] {});
   }

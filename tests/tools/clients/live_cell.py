@@ -95,6 +95,7 @@ class LiveCell:
     def kill_daemon(self):
         self.processes["trueposed"].kill()
         self.processes.pop("trueposed").wait()
+        self.web_port = 0  # another program may have taken it before the next start
 
     def freeze_daemon(self):
         self.processes["trueposed"].send_signal(signal.SIGSTOP)
