@@ -87,6 +87,7 @@ class MeasurementColumns {
     point.p_WS_mm = position_mm(row);
     point.smr = reflector_index(smr_names, row);
     point.set = set(row);
+    point.in_order = point.set == PoseSet::Identify;
     point.sigma_mm = sigma_mm(row);
     point.excess_mm = excess_mm(row);
     point.direction = direction(row);

@@ -10,6 +10,7 @@
 #include "core/identify/identification.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/model_sanity.hpp"
+#include "core/identify/open_warmth.hpp"
 #include "core/identify/screening.hpp"
 #include "core/identify/thermal_stage.hpp"
 #include "core/identify/unsuspicious.hpp"
@@ -296,6 +297,17 @@ void add_misfit(TransferUncertainty& transfer, double misfit_mm) {
   transfer.max_mm = std::hypot(transfer.max_mm, std::sqrt(3.0) * misfit_mm);
 }
 
+/// The points whose warmth is open, brought to the reference by the whole model.
+///
+/// @param there  all points at the reference
+/// @param data   as they were measured
+MeasurementData opened_again(MeasurementData there, const MeasurementData& data, const Identification& id,
+                             const ThermalResponse& response) {
+  for (std::size_t i = 0; i < there.points.size(); ++i)
+    if (warmth_is_open(there.points[i])) there.points[i].p_WS_mm = data.points[i].p_WS_mm;
+  return with_open_warmth(std::move(there), id.fit.cell, response, id.uncertainty.sigma0_mm);
+}
+
 /// Completes the result of an identification that has been through its stages: the cell, its parameters with
 /// their uncertainty, the points that were rejected, and the errors of all points through the stages.
 ///
@@ -342,7 +354,9 @@ MeasurementData as_fitted(const Calibration& calibration, const MeasurementData&
   if (!calibration.thermal || !calibration.thermal->response) return data;
   const ThermalResponse& response = *calibration.thermal->response;
   const auto& clock = calibration.thermal->clock;
-  return at_reference(clock ? with_warmth_by(*clock, data) : data, calibration.cell, response);
+  if (!clock) return at_reference(data, calibration.cell, response);
+  return with_open_warmth(at_reference(with_warmth_by(*clock, data), calibration.cell, response),
+                          calibration.cell, response, calibration.sigma0_mm);
 }
 
 std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm,
@@ -376,6 +390,8 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
   if (!options.residual.empty()) {
     if (auto error = fit_residual(*made->id)) return std::unexpected(*error);
   }
+  if (*thermal && (*thermal)->choice.clock && (*thermal)->choice.response)
+    there = opened_again(std::move(there), data, *made->id, *(*thermal)->choice.response);
   const double left_mm = misfit_mm(*made->id);
   Calibration result = summary(*std::move(made), there.points.empty() ? data : there);
   if (*thermal) {

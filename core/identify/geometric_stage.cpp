@@ -31,6 +31,8 @@ bool determined(const Identification& id) { return id.points.equations() > id.re
 bool prior_wanted(const Identification& id) {
   if (!prior_allowed(id.options)) return false;
   if (id.options.prior == PriorUse::On || !determined(id)) return true;
+  // What acts through less than the noise wanders without an end: it keeps to the data sheet.
+  if (!id.fit.converged) return true;
   return !(transfer_of(id.fit.cell, id.uncertainty.covariance).rms_mm <=
            kPoorTransfer * std::sqrt(3.0) * id.uncertainty.sigma0_mm);
 }

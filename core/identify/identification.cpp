@@ -220,10 +220,28 @@ void assess_field(Identification& id, const Regressor& regressor) {
   }
 }
 
+/// Errors of all trusted points as the field predicts them that did not see their pose: it has seen none of
+/// those that it is not made of.
+///
+/// @param seen_mm  of the points that it is made of, by fits that did not see them
+std::vector<Eigen::Vector3d> unseen_errors(const Identification& id, const std::vector<bool>& made_of,
+                                           std::span<const Eigen::Vector3d> seen_mm) {
+  const Eigen::VectorXd others = residuals(id.fit.cell, id.points.trusted_points());
+  std::vector<Eigen::Vector3d> errors;
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < made_of.size(); ++i)
+    errors.push_back(made_of[i] ? seen_mm[seen++] : others.segment<3>(3 * static_cast<Eigen::Index>(i)));
+  return errors;
+}
+
 }  // namespace
 
 std::optional<CalibrationError> fit_residual(Identification& id) {
-  const std::vector<Measurement> points = id.points.trusted_points();
+  const std::vector<Measurement> trusted = id.points.trusted_points();
+  const std::vector<bool> made_of = makes_field(trusted);
+  std::vector<Measurement> points;
+  for (std::size_t i = 0; i < trusted.size(); ++i)
+    if (made_of[i]) points.push_back(trusted[i]);
   const FieldData data = field_data(id.fit.cell, points);
   auto selection = choose_regressor(data.regression, id.options);
   if (!selection)
@@ -232,8 +250,9 @@ std::optional<CalibrationError> fit_residual(Identification& id) {
     const auto chosen = std::ranges::find(selection->tried, *selection->kind, &CrossValidation::kind);
     const auto field = std::make_shared<RegressionField>(id.fit.cell.robot, selection->regressor, data.p_F_mm,
                                                          variance_factor(id, *chosen));
-    id.unseen_mm = errors_with(chosen->predicted, *field, id.fit.cell, points);
+    const auto seen_mm = errors_with(chosen->predicted, *field, id.fit.cell, points);
     id.fit.cell.robot.field = field;
+    id.unseen_mm = unseen_errors(id, made_of, seen_mm);
     assess_field(id, *selection->regressor);
   }
   id.result.residual = std::move(*selection);

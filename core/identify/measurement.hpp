@@ -21,6 +21,9 @@ struct Measurement {
   int smr = 0;                       ///< index into MeasurementData::smr_names
   int station = 0;                   ///< index into MeasurementData::stations
   PoseSet set = PoseSet::Identify;
+  /// Whether its place among the points says when it was measured. Points that were put aside to validate
+  /// have lost it: what their file leaves of the order is not that of the campaign.
+  bool in_order = true;
   std::optional<double> sigma_mm;      ///< standard uncertainty per axis, where known
   std::vector<std::int8_t> direction;  ///< side from which each joint arrived (-1, 0, 1); empty = unknown
   std::optional<LinkMass> payload;     ///< what the flange carried; nothing: what the arm does

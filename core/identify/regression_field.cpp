@@ -11,7 +11,8 @@
 namespace truepose {
 namespace {
 
-constexpr int kReflectorsForTurn = 3;
+constexpr std::size_t kReflectorsForTurn = 3;
+constexpr double kMostWithTurn = 0.8;  // of the poses
 
 using Features = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 4 * kMaxJoints, 1>;
 
@@ -111,6 +112,19 @@ Eigen::Matrix3d RegressionField::covariance(const JointVector& q, const Eigen::I
 
 int field_features(const RobotModel& robot) {
   return static_cast<int>(features_of(types_of(robot), JointVector::Zero(robot.joint_count())).size());
+}
+
+std::vector<bool> makes_field(std::span<const Measurement> points) {
+  std::vector<bool> turns(points.size());
+  std::size_t poses = 0;
+  const auto groups = pose_groups(points);
+  for (const std::vector<std::size_t>& group : groups) {
+    if (group.size() < kReflectorsForTurn) continue;
+    ++poses;
+    for (const std::size_t i : group) turns[i] = true;
+  }
+  const bool most = static_cast<double>(poses) >= kMostWithTurn * static_cast<double>(groups.size());
+  return most ? turns : std::vector<bool>(points.size(), true);
 }
 
 FieldData field_data(const CalibratedCell& cell, std::span<const Measurement> points) {

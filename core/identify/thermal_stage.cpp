@@ -6,6 +6,7 @@
 
 #include "core/identify/identification.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/identify/open_warmth.hpp"
 #include "core/identify/screening.hpp"
 #include "core/identify/thermal_response.hpp"
 #include "core/identify/uncertainty.hpp"
@@ -334,7 +335,8 @@ std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_respon
   ThermalResponse& response = warmed.response;
   response.per_kelvin = warmed.fit.step;
   for (int round = 0; round < kThermalRounds; ++round) {
-    const MeasurementData there = at_reference(warmed.data, basis.cell, response);
+    MeasurementData there = at_reference(warmed.data, basis.cell, response);
+    if (warmed.clock) there = with_open_warmth(std::move(there), basis.cell, response, basis.sigma0_mm);
     const bool last = round + 1 == kThermalRounds;
     auto next = identify(there, last ? Screening::Anew : Screening::Kept);
     if (!next) return std::unexpected(next.error());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "core/identify/measured_time.hpp"
@@ -18,12 +19,25 @@ std::optional<double> seconds_of(const Measurement& point) {
   return time ? std::optional{time->seconds} : std::nullopt;
 }
 
-/// When each point was measured, in the clock's unit.
+std::vector<Measurement> in_order(std::span<const Measurement> points) {
+  std::vector<Measurement> ordered;
+  std::ranges::copy_if(points, std::back_inserter(ordered), &Measurement::in_order);
+  return ordered;
+}
+
+/// When each point was measured, in the clock's unit; nothing where nothing says so.
 std::vector<std::optional<double>> moments(bool by_order, std::span<const Measurement> points) {
-  const std::vector<int> poses = pose_numbers(points);
+  const std::vector<int> poses = by_order ? pose_numbers(in_order(points)) : std::vector<int>{};
   std::vector<std::optional<double>> moments;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    moments.push_back(by_order ? std::optional<double>{poses[i]} : seconds_of(points[i]));
+  std::size_t ordered = 0;
+  for (const Measurement& point : points) {
+    if (!by_order)
+      moments.push_back(seconds_of(point));
+    else if (point.in_order)
+      moments.emplace_back(poses[ordered++]);
+    else
+      moments.emplace_back();
+  }
   return moments;
 }
 
@@ -71,7 +85,7 @@ std::vector<WarmUpClock> warm_up_clocks(const MeasurementData& data) {
       clocks.push_back({.constant = 60.0 * minutes});
     return clocks;
   }
-  const int poses = count_poses(data.points);
+  const int poses = count_poses(in_order(data.points));
   for (const double share : {1.0 / 16, 1.0 / 11, 1.0 / 8, 1.0 / 6, 1.0 / 4, 1.0 / 3, 1.0 / 2, 3.0 / 4, 1.0})
     clocks.push_back({.by_order = true, .constant = share * poses});
   return clocks;

@@ -2,20 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 
 #include "core/formatted.hpp"
 #include "core/identify/error_bounds.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/identify/open_warmth.hpp"
 #include "core/identify/positioner.hpp"
 #include "core/identify/screening.hpp"
 #include "core/identify/thermal_response.hpp"
 #include "core/judge/clock_step.hpp"
 #include "core/judge/drift_check.hpp"
+#include "core/judge/joint_coverage.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/judge/movement.hpp"
 #include "core/judge/reference_pose.hpp"
+#include "core/judge/reflector_on_axis.hpp"
 #include "core/math/units.hpp"
 
 namespace truepose {
@@ -24,6 +28,8 @@ namespace {
 /// So many times the stated noise is more than gears, bearings and loads leave of an arm: some tenths of a
 /// millimetre, against some hundredths that tracker and repeatability make.
 constexpr double kMostUnmodelled = 50;
+/// So many times is a test that failed: what the model does not know is elsewhere as large as it pleases.
+constexpr double kMuchUnmodelled = 10;
 /// So many times is more than noise: the arm, or what measured it, does what the model does not know.
 constexpr double kUnmodelled = 3;
 constexpr double kHardlyBetter = 0.5;  // of the mean error of the data sheet
@@ -37,6 +43,8 @@ constexpr std::size_t kMostPredicted = 200;  // validation points: their covaria
 constexpr double kStillWarming = 0.5;        // of the mean error: less is not worth a word
 constexpr double kNearerThanNoise = 0.5;     // of the mean error that the stated noise alone makes
 constexpr std::size_t kNamed = 4;            // points in one sentence
+constexpr double kMatters = 0.1;             // of the errors: what far points change of them
+constexpr int kFewestRepeats = 6;            // coordinates that are known to scatter
 
 std::vector<std::size_t> far_points(const Calibration& calibration) {
   std::vector<std::size_t> far;
@@ -57,13 +65,35 @@ struct JudgingErrors {
   ErrorStatistics achieved;
 };
 
+/// Standard deviation of a coordinate of the readings of one reflector at one pose; 0 where too few poses
+/// were measured more than once.
+double scatter_of_repeats_mm(const MeasurementData& data) {
+  double squares = 0;
+  int degrees = 0;
+  for (const std::vector<std::size_t>& pose : pose_groups(data.points)) {
+    std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> readings_mm;
+    for (const std::size_t i : pose)
+      readings_mm[{data.points[i].station, data.points[i].smr}].push_back(data.points[i].p_WS_mm);
+    for (const auto& [of, all_mm] : readings_mm) {
+      Eigen::Vector3d mean_mm = Eigen::Vector3d::Zero();
+      for (const Eigen::Vector3d& reading : all_mm) mean_mm += reading / static_cast<double>(all_mm.size());
+      for (const Eigen::Vector3d& reading : all_mm) squares += (reading - mean_mm).squaredNorm();
+      degrees += 3 * (static_cast<int>(all_mm.size()) - 1);
+    }
+  }
+  return degrees < kFewestRepeats ? 0 : std::sqrt(squares / degrees);
+}
+
 struct Case : CalibrationEvidence {
   explicit Case(const CalibrationEvidence& evidence)
       : CalibrationEvidence{evidence},
         whitening{whitening_of(points_of(without(calibration.rejected, data), PoseSet::Identify), stated)},
+        repeated_mm{scatter_of_repeats_mm(data)},
         about{noise_about_model(calibration, data, stated)},
         judged{evidence},
-        moved{movement(calibration.cell, data.points, stated, far_points(calibration))} {}
+        moved{movement(calibration.cell, data.points, stated, far_points(calibration))},
+        rounded{rounded_joints(calibration.cell,
+                               points_of(without(calibration.rejected, data), PoseSet::Identify))} {}
 
   bool noise_known() const { return whitening.finest_mm > 0; }
   /// Of a point about the model: few poses leave little by chance, but the stated noise is there all the
@@ -74,10 +104,16 @@ struct Case : CalibrationEvidence {
     return by_chance ? MeasurementNoise{.repeatability_mm = whitening.finest_mm} : about;
   }
 
+  /// Of a coordinate: as stated, else as poses scatter that were measured more than once; 0 where neither
+  /// says.
+  double noise_mm() const { return noise_known() ? whitening.finest_mm : repeated_mm; }
+
   Whitening whitening;
+  double repeated_mm;
   MeasurementNoise about;  ///< what the identification left
   JudgingErrors judged;
-  std::optional<Movement> moved;  ///< while it was measured
+  std::optional<Movement> moved;   ///< while it was measured
+  std::optional<Finding> rounded;  ///< joints that are given to too few decimals
 };
 
 using Finds = std::optional<Finding>;
@@ -87,20 +123,22 @@ Finds doubt(std::string sentence) { return Finding{Severity::Doubt, std::move(se
 Finds advice(std::string sentence) { return Finding{Severity::Advice, std::move(sentence)}; }
 
 Finds too_much_left(const Case& of) {
-  const double usual_mm = std::max(of.whitening.finest_mm, kUsualRepeatability_mm);
+  const double usual_mm = std::max(of.noise_mm(), kUsualRepeatability_mm);
   const double times = of.calibration.sigma0_mm / usual_mm;
-  if (!of.noise_known() || times <= kUnmodelled) return std::nullopt;
-  const std::string left =
-      formatted("the model leaves %.2f mm in each coordinate, %.0f times the noise that is stated",
-                of.calibration.sigma0_mm, of.calibration.sigma0_mm / of.whitening.finest_mm);
+  if (of.noise_mm() <= 0 || times <= kUnmodelled) return std::nullopt;
+  const double times_noise = of.calibration.sigma0_mm / of.noise_mm();
+  const std::string left = formatted(
+      "the model leaves %.2f mm in each coordinate, %.0f times the noise that %s", of.calibration.sigma0_mm,
+      times_noise, of.noise_known() ? "is stated" : "poses show that were measured again");
+  const Severity severity = times_noise >= kMuchUnmodelled ? Severity::Doubt : Severity::Advice;
   if (times > kMostUnmodelled) return refusal(left);
   if (of.judged.achieved.mean > kHardlyBetter * of.judged.predicted.before.mean)
     return doubt(left +
                  ", and is hardly better than the data sheet: look for what changed while it was measured");
-  if (of.moved) return advice(left);
+  if (of.moved || of.rounded) return Finding{severity, left};
   if (of.calibration.deviation)
-    return advice(left + ": the arm, or what measured it, does what the model does not know");
-  return advice(left + ": identify the deviations of the joints too (deviation auto)");
+    return Finding{severity, left + ": the arm, or what measured it, does what the model does not know"};
+  return Finding{severity, left + ": identify the deviations of the joints too (deviation auto)"};
 }
 
 Finds reference_moved(const Case& of) {
@@ -191,6 +229,11 @@ std::vector<Measurement> points_to_predict(const Case& of) {
   return some;
 }
 
+/// Whether the layers over the geometry bring points nearer that neither has seen.
+bool better_by_its_layers(const StageErrors& errors) {
+  return errors.after.mean < errors.geometric.mean && errors.after.rms < errors.geometric.rms;
+}
+
 Finds more_than_predicted(const Case& of) {
   DriftReference predicted{
       .cell = of.calibration.cell, .covariance = of.calibration.covariance, .noise = of.noise()};
@@ -201,9 +244,12 @@ Finds more_than_predicted(const Case& of) {
   if (!signs || !signs->significant() || !signs->large() || signs->mean_mm < kLeastError_mm)
     return std::nullopt;
   if (diagnose_drift(predicted, points).one_reading()) return std::nullopt;
-  return refusal(
+  const std::string off =
       formatted("the validation points are off by %.3f mm on average, where the model predicts %.3f mm",
-                signs->mean_mm, signs->reference_mm));
+                signs->mean_mm, signs->reference_mm);
+  if (better_by_its_layers(of.judged.predicted))
+    return advice(off + ": its layers make it better, and less so than they are sure of");
+  return refusal(off);
 }
 
 Finds beyond_tolerance(const Case& of) {
@@ -269,11 +315,14 @@ Finds far_validation(const Case& of) {
   }
   const ErrorStatistics with = of.calibration.validate->after;
   const ErrorStatistics without_them = others_mm.empty() ? with : error_statistics(others_mm);
-  return doubt(
+  const bool matters = with.mean - without_them.mean > kMatters * with.mean ||
+                       with.max - without_them.max > kMatters * with.max;
+  return Finding{
+      matters ? Severity::Doubt : Severity::Note,
       formatted("%zu of the %d validation points are beyond six sigma: measure them again; without them "
                 "the errors are %.3f mm on average and %.3f mm at most, with them %.3f and %.3f mm: ",
                 far.size(), with.count, without_them.mean, without_them.max, with.mean, with.max) +
-      names_of_points(of.data, far));
+          names_of_points(of.data, far)};
 }
 
 /// Of readings that are the same to the last digit, all but the first.
@@ -298,9 +347,38 @@ Finds told_twice(const Case& of) {
 
 Finds noise_not_stated(const Case& of) {
   if (of.noise_known()) return std::nullopt;
-  return advice(
-      "no noise is stated, so that nobody can tell whether what is left is noise: state the tracker's and "
-      "the arm's repeatability");
+  const double noise_mm = of.repeated_mm > 0 ? of.repeated_mm : of.calibration.sigma0_mm;
+  return Finding{
+      Severity::Note,
+      formatted("no noise is stated: it is taken as the %.3f mm in each coordinate that %s; state "
+                "--tracker-noise and --repeatability to have what is left judged by them",
+                noise_mm,
+                of.repeated_mm > 0 ? "poses scatter by that were measured again" : "the model leaves")};
+}
+
+Finds joints_rounded(const Case& of) { return of.rounded; }
+
+Finds on_last_axis(const Case& of) {
+  const auto points = points_of(without(of.calibration.rejected, of.data), PoseSet::Identify);
+  return reflectors_on_last_axis(of.calibration.cell, points, of.calibration.sigma0_mm);
+}
+
+Finds poses_narrow(const Case& of) {
+  if (of.task_stated || is_positioner(of.calibration.cell.robot)) return std::nullopt;
+  return narrow_poses(of.calibration.cell.robot, points_of(of.data, PoseSet::Identify));
+}
+
+/// Of a file without times, what validates says nothing of when it was measured.
+Finds warmth_of_validation_open(const Case& of) {
+  const auto& thermal = of.calibration.thermal;
+  if (!thermal || !thermal->clock || !thermal->response) return std::nullopt;
+  const std::ptrdiff_t open = std::ranges::count_if(of.data.points, warmth_is_open);
+  if (open == 0) return std::nullopt;
+  return Finding{
+      Severity::Note,
+      formatted("how warm the arm was at %td validation points is taken from their own readings, as "
+                "nothing says when they were measured: give all points a time",
+                open)};
 }
 
 // What figures alone tell
@@ -372,9 +450,11 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
 }
 
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
-constexpr std::array kOfEvidence{too_much_left,       reference_moved,  moved_meanwhile,   still_warming_up,
-                                 more_than_predicted, beyond_tolerance, nearer_than_noise, far_validation,
-                                 rows_left_out,       told_twice,       clock_was_set,     noise_not_stated};
+constexpr std::array kOfEvidence{
+    too_much_left,       reference_moved,  moved_meanwhile,   still_warming_up,
+    more_than_predicted, beyond_tolerance, nearer_than_noise, far_validation,
+    rows_left_out,       told_twice,       clock_was_set,     noise_not_stated,
+    joints_rounded,      on_last_axis,     poses_narrow,      warmth_of_validation_open};
 
 template <typename Questions, typename Of>
 void ask(const Questions& questions, const Of& of, CalibrationVerdict& verdict) {

@@ -62,7 +62,9 @@ struct CalibrationEvidence {
   std::span<const Eigen::Vector3d> reference_mm = {};  ///< one and the same pose, measured again and again
   std::optional<double> tolerance_mm = {};             ///< that no error may exceed
   std::optional<ErrorStatistics> remeasured = {};  ///< of validation poses reached with compensated joints
-  std::span<const Finding> beside = {};            ///< what was found while it was measured
+  /// Whether the model's use is known to be where it was measured: else it is that of the whole arm.
+  bool task_stated = false;
+  std::span<const Finding> beside = {};  ///< what was found while it was measured
 };
 
 /// Whether a calibration may be trusted: the one answer to that, on the command line, in the daemon and in
@@ -76,9 +78,10 @@ struct CalibrationEvidence {
 /// - the validation points agree with what the model predicts, by drift_check()'s two questions, for the
 ///   noise that the identification left or the stated one, whichever is more,
 /// - enough poses validate that the identification has not seen, and they do not come nearer than the noise,
-/// - few points are beyond six sigma, and none of those that validate,
-/// - the largest error, measured again where it was, keeps to the tolerance, and
-/// - the noise is stated, and unmeasured poses are known better than by the data sheet.
+/// - few points are beyond six sigma, and none of those that validate that changes their errors by a tenth,
+/// - the largest error, measured again where it was, keeps to the tolerance,
+/// - the poses take up enough of the joints' ranges, which are given to enough decimals, and
+/// - unmeasured poses are known better than by the data sheet.
 ///
 /// A sound campaign is doubted by chance less often than one in two hundred times.
 CalibrationVerdict calibration_verdict(const CalibrationEvidence& evidence);

@@ -9,8 +9,8 @@
 #include "core/identify/identifiability.hpp"
 #include "core/identify/least_squares_problem.hpp"
 #include "core/identify/measurement_model.hpp"
-#include "core/judge/error_law.hpp"
 #include "core/math/dense_algebra.hpp"
+#include "core/math/error_law.hpp"
 
 namespace truepose {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "core/formatted.hpp"
-#include "core/judge/error_law.hpp"
 #include "core/judge/mistaken_points.hpp"
+#include "core/math/error_law.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {

@@ -6,9 +6,9 @@
 
 #include "core/formatted.hpp"
 #include "core/judge/drift_evidence.hpp"
-#include "core/judge/error_law.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
+#include "core/math/error_law.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {

@@ -24,11 +24,12 @@ std::optional<std::vector<double>> times_of(std::span<const Measurement> points)
 }
 
 /// Whether some pose was measured with a reflector more than once.
-bool comes_back(std::span<const Measurement> points, std::span<const int> pose) {
+bool comes_back(std::span<const Measurement> points, std::span<const int> pose,
+                std::span<const std::size_t> order) {
   std::set<std::tuple<int, int, int>> seen;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!seen.insert({pose[i], points[i].smr, points[i].station}).second) return true;
-  return false;
+  return std::ranges::any_of(order, [&](std::size_t i) {
+    return !seen.insert({pose[i], points[i].smr, points[i].station}).second;
+  });
 }
 
 }  // namespace
@@ -39,9 +40,11 @@ std::vector<std::size_t> measured_order(std::span<const Measurement> points) {
   const std::vector<int> pose = pose_numbers(points);
   if (const auto seconds = times_of(points)) {
     std::ranges::stable_sort(order, {}, [&](std::size_t i) { return (*seconds)[i]; });
-  } else if (!comes_back(points, pose)) {
-    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return pose[i]; });
+    return order;
   }
+  std::erase_if(order, [&](std::size_t i) { return !points[i].in_order; });
+  if (!comes_back(points, pose, order))
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return pose[i]; });
   return order;
 }
 

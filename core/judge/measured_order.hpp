@@ -10,6 +10,7 @@ namespace truepose {
 
 /// Indices of the points as they were measured: by their times where all tell them, else as they stand. All
 /// reflectors of a pose were measured at one stop, though they may stand one reflector after the other.
+/// Points of which neither says when they were measured are left out.
 std::vector<std::size_t> measured_order(std::span<const Measurement> points);
 
 }  // namespace truepose

@@ -1,4 +1,4 @@
-#include "core/judge/error_law.hpp"
+#include "core/math/error_law.hpp"
 
 #include <gtest/gtest.h>
 

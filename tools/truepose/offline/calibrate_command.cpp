@@ -99,6 +99,7 @@ void add_validation(MeasurementData& data, const std::string& file, const RobotM
   }
   for (Measurement& point : validation.points) {
     point.set = PoseSet::Validate;
+    point.in_order = false;
     point.smr = index_of[static_cast<std::size_t>(point.smr)];
     data.points.push_back(std::move(point));
   }
