@@ -8,6 +8,7 @@
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/carried_payload.hpp"
 #include "core/identify/identification.hpp"
+#include "core/identify/left_out_sides.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/model_sanity.hpp"
 #include "core/identify/open_warmth.hpp"
@@ -297,6 +298,14 @@ void add_misfit(TransferUncertainty& transfer, double misfit_mm) {
   transfer.max_mm = std::hypot(transfer.max_mm, std::sqrt(3.0) * misfit_mm);
 }
 
+/// How many times farther points are than the model predicts, where those are that it was not fitted to: on the
+/// other side of a joint's range, and those that validate.
+double beyond_prediction(const Identification& id) {
+  if (id.fit.cell.robot.field) return 1;  // which knows itself how far it is from its points
+  const TrustedProblem trusted = trusted_problem(id);
+  return left_out_sides_factor(trusted.points, linearise(id.fit.cell, trusted.problem));
+}
+
 /// The points whose warmth is open, brought to the reference by the whole model.
 ///
 /// @param there  all points at the reference
@@ -392,7 +401,7 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
   }
   if (*thermal && (*thermal)->choice.clock && (*thermal)->choice.response)
     there = opened_again(std::move(there), data, *made->id, *(*thermal)->choice.response);
-  const double left_mm = misfit_mm(*made->id);
+  const double left_mm = misfit_mm(*made->id), elsewhere = beyond_prediction(*made->id);
   Calibration result = summary(*std::move(made), there.points.empty() ? data : there);
   if (*thermal) {
     result.thermal = (*thermal)->choice;
@@ -401,6 +410,8 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
   result.misfit_mm = left_mm;
   result.transfer = transfer_of(result.cell, result.covariance);
   add_misfit(result.transfer, left_mm);
+  result.transfer.rms_mm *= elsewhere;
+  result.transfer.max_mm *= elsewhere;
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 
 #include "core/judge/chance_of_gain.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -61,8 +62,13 @@ MovementSearch::MovementSearch(const TimeEvidence& evidence, const PossibleChang
       column_{change.free.front()},
       columns_{static_cast<int>(change.free.size())},
       others_{others} {
+  std::set<int> shown;  // all points of a pose take part that one of them shows
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (shows(points[i], what_)) points_.push_back(i);
+    if (shows(points[i], what_)) shown.insert(pose[i]);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool of_station = what_.kind != ChangeKind::Base || shows(points[i], what_);
+    if (of_station && shown.contains(pose[i])) points_.push_back(i);
+  }
   moments_ = moments_of(points_, pose);
   if (moments_.empty()) return;
   from_.assign(points_.size() + 1, ReducedEquations{evidence_, columns_});
@@ -155,7 +161,7 @@ double MovementSearch::moved_mm(const Shares& shares, const Eigen::VectorXd& ste
   double sum_mm = 0, count = 0;
   const Eigen::VectorXd first_step = step.head(columns_);
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    if (shares(static_cast<Eigen::Index>(k), 0) < 1) continue;
+    if (shares(static_cast<Eigen::Index>(k), 0) < 1 || columns_at(evidence_.moves, k).isZero(0)) continue;
     sum_mm += (columns_at(evidence_.moves, k) * first_step).norm();
     ++count;
   }
