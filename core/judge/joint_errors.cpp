@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <vector>
 
 #include "core/identify/identifiability.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -38,13 +40,15 @@ Eigen::MatrixXd columns_of(const CalibratedCell& cell, const TimeEvidence& evide
 }
 
 /// Akaike's criterion of columns beside the parameters.
-double criterion_of(const Eigen::MatrixXd& columns, const TimeEvidence& evidence) {
+///
+/// @param chosen  so many further numbers were chosen by the points
+double criterion_of(const Eigen::MatrixXd& columns, const TimeEvidence& evidence, int chosen = 0) {
   const Eigen::MatrixXd unit = columns * column_norms(columns).cwiseInverse().asDiagonal();
   const Svd svd = thin_svd(unit - times(evidence.U, transposed_times(evidence.U, unit)));
   const Eigen::Index unknowns = (svd.s.array() > kAlike).count();
   const double gain = transposed_times(svd.U.leftCols(unknowns), evidence.r).squaredNorm();
   return akaike_criterion(std::max(0.0, evidence.r.squaredNorm() - gain), evidence.degrees,
-                          static_cast<int>(unknowns));
+                          static_cast<int>(unknowns) + chosen);
 }
 
 }  // namespace
@@ -59,6 +63,30 @@ JointErrors likeliest_joint_errors(const CalibratedCell& cell, const TimeEvidenc
     }
   }
   return likeliest;
+}
+
+double warm_up_criterion(const CalibratedCell& cell, const TimeEvidence& evidence,
+                         std::span<const Measurement> points) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  const std::vector<int> pose = pose_numbers(points);
+  Eigen::MatrixXd warm(evidence.J.rows(), layout.joints + 1);
+  warm.col(layout.joints).setZero();
+  for (int i = 0; i < layout.joints; ++i) {
+    constexpr int kA = 0, kD = 2;  // of ParameterLayout's five
+    const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
+    warm.col(i) = evidence.J.col(zero_parameter(cell.robot, layout, i));
+    warm.col(layout.joints) +=
+        joint.a_mm * evidence.J.col(layout.link(i) + kA) + joint.d_mm * evidence.J.col(layout.link(i) + kD);
+  }
+  double best = std::numeric_limits<double>::infinity();
+  for (const double share : {1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2}) {
+    const double constant = share * count_poses(points);
+    Eigen::MatrixXd columns = warm;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      columns.middleRows<3>(row_of(i)) *= -std::expm1(-pose[i] / constant);
+    best = std::min(best, criterion_of(columns, evidence, 1));
+  }
+  return best;
 }
 
 }  // namespace truepose

@@ -68,14 +68,17 @@ const PossibleMovement& likeliest(std::span<const PossibleMovement> likely) {
 /// The likeliest movement, and what else explains the points; none where a joint's errors do so better beyond
 /// question.
 ///
+/// @param by_warmth  warm_up_criterion()
 /// @param likely  not empty
-std::optional<Movement> choice(std::span<const PossibleMovement> likely, const JointErrors& joints) {
+std::optional<Movement> choice(std::span<const PossibleMovement> likely, const JointErrors& joints,
+                               double by_warmth) {
   const PossibleMovement& best = likeliest(likely);
   const double for_joints = best.criterion - joints.criterion;
   // Two moments fit whatever goes up and down with a joint that is swept.
   if (for_joints > (best.movement.again > 0 ? -kOutOfQuestion : kOutOfQuestion)) return std::nullopt;
   Movement found = best.movement;
   if (for_joints > -kOutOfQuestion) found.or_joint = joints.joint;
+  found.or_warmth = by_warmth < best.criterion + kOutOfQuestion;
   for (const PossibleMovement& other : likely) {
     if (other.movement.what != found.what && other.criterion < best.criterion + kOutOfQuestion &&
         !std::ranges::count(found.or_else, other.movement.what))
@@ -110,7 +113,9 @@ std::optional<Movement> movement_in_order(const CalibratedCell& cell, std::span<
   if (evidence.degrees <= 0) return std::nullopt;
   const std::vector<PossibleMovement> likely = likely_movements(cell, evidence, others);
   if (likely.empty()) return std::nullopt;
-  return renumbered(choice(likely, likeliest_joint_errors(cell, evidence, others)), number);
+  return renumbered(choice(likely, likeliest_joint_errors(cell, evidence, others),
+                           warm_up_criterion(cell, evidence, others)),
+                    number);
 }
 
 /// How many points had been measured when it moved: of a base those of its station.

@@ -22,6 +22,7 @@ struct Movement {
   std::vector<Change> or_else = {};  ///< explain the points as well
   /// Index of a joint whose own errors explain the points as well: nothing tells which of both it is.
   std::optional<int> or_joint = {};
+  bool or_warmth = false;  ///< an arm that warmed up explains the points as well
 };
 
 /// Looks for a moment from which on all points are moved as by another base, another zero of a joint or

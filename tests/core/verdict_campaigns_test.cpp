@@ -36,6 +36,8 @@ struct Cell {
   std::function<void(TrueArm& arm, TrueArmSetup& truth, int point, int of)> before;
   std::function<void(MeasurementData& data, Random& random)> spoil;
   double rounded_deg = 0;  ///< joints are given so
+  bool warms = false;
+  bool states_noise = true, reads_time = false;
 };
 
 double turn(double deg) { return deg * kRadPerDeg; }
@@ -66,6 +68,14 @@ Cell sound_cell(std::uint64_t seed) {
   cell.identify = static_cast<int>(random.uniform(heavy ? 40 : 14, 100));
   cell.validate = static_cast<int>(random.uniform(8, 40));
   cell.options.deviation = heavy || random.next() % 3 == 0;
+  cell.states_noise = random.next() % 4 != 0;
+  cell.reads_time = random.next() % 4 == 0;
+  if (cell.identify > 40 && random.next() % 6 == 0) cell.options.residual = {RegressorKind::GaussianProcess, RegressorKind::InverseDistance};
+  if (cell.identify > 60 && random.next() % 3 == 0) {
+    cell.truth.warm_up = {.zero = JointVector(6), .growth = random.uniform(0, 30e-6), .time_constant = Seconds{60 * random.uniform(15, (cell.identify + cell.validate) / 4.0)}};
+    for (double& zero : cell.truth.warm_up.zero) zero = turn(0.004) * random.normal();
+    cell.warms = true;
+  }
   return cell;
 }
 
@@ -105,6 +115,7 @@ Measured measured(Cell cell, std::uint64_t seed) {
     made.data.smr_names.push_back(std::to_string(k + 1));
   for (int n = 0; n < all; ++n) {
     if (cell.before) cell.before(arm, truth, n, all);
+    if (cell.warms) arm.warm_up(n * Seconds{60});
     const JointVector q = pose_of(cell, cell.random);
     arm.move_to(q);
     for (int k = 0; k < static_cast<int>(made.data.smr_names.size()); ++k) {
@@ -112,6 +123,7 @@ Measured measured(Cell cell, std::uint64_t seed) {
       const Eigen::Vector3d moved = truth.X_WB.translation() - cell.truth.X_WB.translation();
       point.p_WS_mm = noisy_reading(arm.p_WS_mm(q, static_cast<std::size_t>(k)) + moved, noise, cell.random);
       point.in_order = point.set == PoseSet::Identify;
+      if (cell.reads_time) point.time = std::to_string(60.0 * n + 3 * k);
       point.direction = arm.directions();
       made.data.points.push_back(point);
     }
@@ -125,7 +137,9 @@ Measured measured(Cell cell, std::uint64_t seed) {
   if (cell.spoil) cell.spoil(made.data, cell.random);
   const MeasurementNoise stated{.tracker = {.range_mm = cell.noise_mm, .transverse_mm = cell.noise_mm},
                                 .repeatability_mm = cell.truth.repeatability_mm};
-  cell.options.noise = stated;
+  std::optional<MeasurementNoise> given;
+  if (cell.states_noise) given = stated;
+  cell.options.noise = given;
   auto found = calibrate(cell.nominal, made.data, cell.options);
   if (!found) {
     made.refused = true;
@@ -134,7 +148,8 @@ Measured measured(Cell cell, std::uint64_t seed) {
   }
   made.calibration = *std::move(found);
   const MeasurementData fitted = as_fitted(made.calibration, made.data);
-  made.verdict = calibration_verdict({.calibration = made.calibration, .data = fitted, .stated = stated});
+  made.verdict = calibration_verdict({.calibration = made.calibration, .data = fitted, .stated = given});
+  if (cell.warms) arm.warm_up(Seconds{40000});
   double squares = 0;
   constexpr int kElsewhere = 200;
   Random elsewhere{seed + 77};
@@ -147,6 +162,7 @@ Measured measured(Cell cell, std::uint64_t seed) {
     still.repeatability_mm = 0;
     still.X_WB = cell.truth.X_WB;
     TrueArm average{still, seed};
+    if (cell.warms) average.warm_up(Seconds{40000});
     average.move_to(q);
     squares += (model.predict(q, 0, average.directions()) - average.p_WS_mm(q)).squaredNorm() / kElsewhere;
   }
@@ -171,7 +187,7 @@ TEST(VerdictOnSoundCampaigns, IsNeverRedAndHardlyEverAmber) {
     amber += color == VerdictColor::Amber;
     red += color == VerdictColor::Red;
     if (color != VerdictColor::Green)
-      std::cout << "seed " << seed << " " << made.calibration.cell.robot.name << " refl " << made.data.smr_names.size() << " points " << made.data.points.size() << " dev " << made.calibration.deviation.has_value() << (made.calibration.deviation ? made.calibration.deviation->terms.size() : 0) << " prior " << made.calibration.prior_used << " s0 " << made.calibration.sigma0_mm << ": " << worst_finding(made) << '\n';
+      std::cout << "seed " << seed << " " << made.calibration.cell.robot.name << " refl " << made.data.smr_names.size() << " points " << made.data.points.size() << " dev " << made.calibration.deviation.has_value() << (made.calibration.deviation ? made.calibration.deviation->terms.size() : 0) << " prior " << made.calibration.prior_used << " field " << made.calibration.residual.has_value() << " thermal " << (made.calibration.thermal && made.calibration.thermal->response) << " s0 " << made.calibration.sigma0_mm << ": " << worst_finding(made) << '\n';
     if (!made.refused) times.push_back(made.true_rms_mm / made.calibration.transfer.rms_mm);
   }
   std::ranges::sort(times);
