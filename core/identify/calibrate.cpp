@@ -8,12 +8,12 @@
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/carried_payload.hpp"
 #include "core/identify/identification.hpp"
-#include "core/identify/left_out_sides.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/model_sanity.hpp"
 #include "core/identify/open_warmth.hpp"
 #include "core/identify/screening.hpp"
 #include "core/identify/thermal_stage.hpp"
+#include "core/identify/transfer_beyond.hpp"
 #include "core/identify/unsuspicious.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/parallel.hpp"
@@ -280,32 +280,6 @@ ThermalBasis thermal_basis(const Identified& made) {
   return {made.id->fit.cell, known.covariance, known.sigma0_mm, rejected(made)};
 }
 
-/// Standard deviation of a coordinate of what the model leaves beyond the stated noise, and beyond what that
-/// scatters by by chance (mm); 0 where none is stated.
-double misfit_mm(const Identification& id) {
-  constexpr double kBeyondChance = 2;  // standard deviations
-  const double stated_mm = id.points.stated_sigma_mm(), left_mm = id.uncertainty.sigma0_mm;
-  const double degrees = std::max(1.0, id.points.equations() - id.uncertainty.determined);
-  const double by_chance = stated_mm * stated_mm * kBeyondChance * std::sqrt(2 / degrees);
-  return beyond_noise_mm({id.points.whitening(), stated_mm},
-                         std::sqrt(std::max(0.0, left_mm * left_mm - by_chance)));
-}
-
-/// What the model does not describe is off elsewhere as much as where it was seen, however many points tell
-/// the parameters.
-void add_misfit(TransferUncertainty& transfer, double misfit_mm) {
-  transfer.rms_mm = std::hypot(transfer.rms_mm, std::sqrt(3.0) * misfit_mm);
-  transfer.max_mm = std::hypot(transfer.max_mm, std::sqrt(3.0) * misfit_mm);
-}
-
-/// How many times farther points are than the model predicts, where those are that it was not fitted to: on the
-/// other side of a joint's range, and those that validate.
-double beyond_prediction(const Identification& id) {
-  if (id.fit.cell.robot.field) return 1;  // which knows itself how far it is from its points
-  const TrustedProblem trusted = trusted_problem(id);
-  return left_out_sides_factor(trusted.points, linearise(id.fit.cell, trusted.problem));
-}
-
 /// The points whose warmth is open, brought to the reference by the whole model.
 ///
 /// @param there  all points at the reference
@@ -321,7 +295,7 @@ MeasurementData opened_again(MeasurementData there, const MeasurementData& data,
 /// their uncertainty, the points that were rejected, and the errors of all points through the stages.
 ///
 /// @param data  all that was measured
-Calibration summary(Identified made, const MeasurementData& data) {
+Calibration summary(Identified& made, const MeasurementData& data) {
   Identification& id = *made.id;
   Calibration& result = id.result;
   result.cell = id.fit.cell;
@@ -401,17 +375,14 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
   }
   if (*thermal && (*thermal)->choice.clock && (*thermal)->choice.response)
     there = opened_again(std::move(there), data, *made->id, *(*thermal)->choice.response);
-  const double left_mm = misfit_mm(*made->id), elsewhere = beyond_prediction(*made->id);
-  Calibration result = summary(*std::move(made), there.points.empty() ? data : there);
+  const MeasurementData& fitted = there.points.empty() ? data : there;
+  Calibration result = summary(*made, fitted);
   if (*thermal) {
     result.thermal = (*thermal)->choice;
     if (result.thermal->response) inflate(result, (*thermal)->inflation);
   }
-  result.misfit_mm = left_mm;
-  result.transfer = transfer_of(result.cell, result.covariance);
-  add_misfit(result.transfer, left_mm);
-  result.transfer.rms_mm *= elsewhere;
-  result.transfer.max_mm *= elsewhere;
+  result.misfit_mm = misfit_mm(*made->id);
+  result.transfer = transfer_beyond(result, *made->id, fitted);
   return result;
 }
 

@@ -182,9 +182,8 @@ TEST_F(UpdateOfAnExactModel, DoesNotTakeALinkOfAnotherLengthForAWarmerArm) {
   truth_.robot.joints[2].a_mm += 0.3;
   const DriftUpdate update = updated(points());
   EXPECT_FALSE(update.explains);
-  EXPECT_TRUE(std::ranges::any_of(update.doubts, [](const std::string& doubt) {
-    return doubt.starts_with("link3.a, changed alone,");
-  }));
+  EXPECT_TRUE(std::ranges::any_of(
+      update.doubts, [](const std::string& doubt) { return doubt.starts_with("link3.a, changed alone,"); }));
 }
 
 TEST_F(UpdateOfAnExactModel, TakesAWarmerArmForOne) {

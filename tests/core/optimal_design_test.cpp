@@ -18,7 +18,7 @@ namespace truepose {
 namespace {
 
 constexpr MeasurementNoise kDesignNoise{.tracker = {.range_mm = 0.01, .transverse_mm_per_m = 0.003},
-                                  .repeatability_mm = 0.0166};
+                                        .repeatability_mm = 0.0166};
 
 std::vector<JointVector> poses(int count, std::uint64_t seed) {
   Random random{seed};

@@ -47,7 +47,8 @@ class Nests : public testing::Test {
 
 TEST_F(Nests, TellHowTheTrackerMoved) {
   const Eigen::Isometry3d X = motion_of({3, -2, 1}, {2e-3, -1e-3, 3e-3});
-  const auto motion = tracker_motion(seen(motion_of({0, 0, 0}), false), seen(X, false), {.tracker = kMotionNoise});
+  const auto motion =
+      tracker_motion(seen(motion_of({0, 0, 0}), false), seen(X, false), {.tracker = kMotionNoise});
   ASSERT_TRUE(motion) << motion.error();
   EXPECT_LT((motion->X.matrix() - X.matrix()).norm(), 1e-9);
   EXPECT_LT((motion->turn_rad - Eigen::Vector3d(2e-3, -1e-3, 3e-3)).norm(), 1e-9);

@@ -79,7 +79,9 @@ TEST_F(TwoFaces, NoticeWhatTheConstantsDoNotExplain) {
   EXPECT_LT(aiming_constants(pairs, kTrackerNoise)->fit, 1e-6);
 }
 
-TEST_F(TwoFaces, OfTooFewPointsSayNothing) { EXPECT_FALSE(aiming_constants(seen(kErrors, 2), kTrackerNoise)); }
+TEST_F(TwoFaces, OfTooFewPointsSayNothing) {
+  EXPECT_FALSE(aiming_constants(seen(kErrors, 2), kTrackerNoise));
+}
 
 TEST_F(TwoFaces, AreDescribedWithTheirUncertainty) {
   const auto found = aiming_constants(seen(kErrors), kTrackerNoise);
