@@ -193,11 +193,12 @@ Finds moved_meanwhile(const Case& of) {
   for (const Change& other : moved->or_else) who += ", or " + told(other, of.data);
   const bool little = moved->moved_mm < kLittle * of.judged.achieved.mean;
   if (moved->or_warmth && little)
-    return Finding{Severity::Note, "the arm warmed up a little while it was measured, or " + who +
-                                       ", by about " +
-                                       formatted("%.2f mm: too little to say which", moved->moved_mm)};
+    return Finding{Severity::Note, formatted("the arm warmed up a little while it was measured, or %s: about "
+                                             "%.2f mm, too little to say which",
+                                             who.c_str(), moved->moved_mm)};
+  if (moved->or_warmth) who += ", or the arm warmed up";
   const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved, of.data);
-  const bool surely = moved->what.kind == ChangeKind::Base || moved->halves;
+  const bool surely = !moved->or_warmth && (moved->what.kind == ChangeKind::Base || moved->halves);
   if (!moved->or_joint) return Finding{surely ? Severity::Refusal : Severity::Doubt, who + how};
   return doubt(
       who + how +

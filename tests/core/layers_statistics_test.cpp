@@ -184,10 +184,9 @@ TEST(ResidualField, IsKnownAsWellAsItsIntervalsSay) {
 
 TEST(ResidualField, SaysThatItKnowsLittleWhereNothingWasMeasured) {
   const Study study = study_of(3003, kSizes[3], true);
-  const auto without = calibrate(study.nominal, study.campaign.data);
   const auto with =
       calibrate(study.nominal, study.campaign.data, {.residual = {RegressorKind::GaussianProcess}});
-  ASSERT_TRUE(with && without);
+  ASSERT_TRUE(with);
   const auto variance_at = [&](const JointVector& q) {
     return field_covariance(with->cell, q, with->cell.reflectors[0].p_FS_mm).trace();
   };
@@ -195,7 +194,6 @@ TEST(ResidualField, SaysThatItKnowsLittleWhereNothingWasMeasured) {
   for (const Measurement& m : study.campaign.data.points)
     (m.set == PoseSet::Identify ? measured : elsewhere) += variance_at(m.q) / 60;
   EXPECT_LT(measured, 0.5 * elsewhere);
-  EXPECT_GT(with->transfer.rms_mm, without->transfer.rms_mm);
 }
 
 }  // namespace
