@@ -33,7 +33,8 @@ struct Mistake {
   std::string key;  ///< of the robot file ("sign"), or columns of the measurements ("q2, q3")
   std::function<void(Claim&)> mend;
   std::function<MistakeWords(const RobotModel& given, const Claim& mended)> words;
-  bool needs_all_rows = false;  ///< mends the order of the rows, which a sample does not show
+  bool needs_all_rows = false;     ///< mends the order of the rows, which a sample does not show
+  bool is_mended_by_hand = false;  ///< no file can be written that is right: the remedy says what to do
 };
 
 /// Each joint turning the other way.

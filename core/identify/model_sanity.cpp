@@ -8,6 +8,7 @@
 #include "core/identify/diagnosis.hpp"
 #include "core/identify/error_bounds.hpp"
 #include "core/identify/failure_pattern.hpp"
+#include "core/identify/from_a_row_on.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/reflector_labels.hpp"
 #include "core/identify/row_order.hpp"
@@ -151,6 +152,7 @@ std::optional<Suspicion> gross_mistake(const Diagnosis& diagnosis, const RobotMo
   const std::vector<Mistake> mistakes = all_mistakes(nominal, data.smr_names);
   std::vector<Mistake> single = mistakes;
   append(single, sign_set_mistakes(nominal));
+  append(single, mistakes_from_a_row_on(data.smr_names));
   // Any order fits more than any mistake does, and so is thought of where no single one explains the points.
   const Mistake unordered = unordered_rows(data.smr_names);
   auto explaining = diagnosis.explaining(alone(single), kAny);

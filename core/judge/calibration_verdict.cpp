@@ -182,6 +182,9 @@ std::string told(const Change& change, const MeasurementData& data) {
   if (change.kind == ChangeKind::Base) return told_of(data, change.index) + "the tracker or the base moved";
   if (change.kind == ChangeKind::JointZero)
     return formatted("joint %d slipped against its encoder", change.index + 1);
+  if (change.kind == ChangeKind::Growth)
+    return "all lengths of the arm changed, as it became warmer or colder";
+  if (change.kind == ChangeKind::AllZeros) return "the joints were mastered again";
   return "reflector '" + data.smr_names[static_cast<std::size_t>(change.index)] +
          "' was exchanged or moved on the flange";
 }

@@ -48,6 +48,12 @@ std::vector<PossibleChange> joint_zeros_of(const CalibratedCell& cell) {
   return all;
 }
 
+PossibleChange all_zeros_of(const CalibratedCell& cell) {
+  PossibleChange zeros{{ChangeKind::AllZeros}, {}};
+  for (const PossibleChange& of_joint : joint_zeros_of(cell)) zeros.free.push_back(of_joint.free.front());
+  return zeros;
+}
+
 PossibleChange growth_of(const CalibratedCell& cell) {
   const ParameterLayout layout = ParameterLayout::of(cell);
   PossibleChange growth{{ChangeKind::Growth}, {}};
@@ -135,6 +141,8 @@ std::string described(const Change& change, const Eigen::VectorXd& moved, const 
                                                                 : formatted("%.3f mm", moved[0]));
     case ChangeKind::Growth:
       return formatted("all lengths of the arm grew by %.0f ppm", 1e6 * moved[0]);
+    case ChangeKind::AllZeros:
+      return "the joints were mastered again";
     case ChangeKind::Link:
       return parameter_names(cell)[at] + " changed";
     case ChangeKind::Reading: {

@@ -18,6 +18,7 @@ enum class ChangeKind {
   Reading,    ///< one point is wrong, its 3 coordinates tell nothing
   Growth,     ///< all lengths of the arm by the same share, as it is warmer or colder: 1
   Link,       ///< one length or angle of one link: 1
+  AllZeros,   ///< the encoders of all joints read other angles, as after mastering: 1 a joint
 };
 struct Change {
   ChangeKind kind = ChangeKind::Base;
@@ -40,6 +41,8 @@ struct PossibleChange {
 std::vector<PossibleChange> bases_of(const CalibratedCell& cell);
 std::vector<PossibleChange> reflectors_of(const CalibratedCell& cell);
 std::vector<PossibleChange> joint_zeros_of(const CalibratedCell& cell);
+/// The zeros of all joints at once.
+PossibleChange all_zeros_of(const CalibratedCell& cell);
 /// All lengths by one share.
 PossibleChange growth_of(const CalibratedCell& cell);
 /// Each link's lengths and angles, but what is the base's place, a reflector's or a joint's zero.

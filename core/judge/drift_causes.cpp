@@ -201,6 +201,7 @@ std::string remedy(const DriftCause& cause) {
     case ChangeKind::Growth:
       return "measure when the arm is as warm as it was";
     case ChangeKind::Link:
+    case ChangeKind::AllZeros:
       return "calibrate again";
     case ChangeKind::Reading:
       return "measure that point again";

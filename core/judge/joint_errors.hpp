@@ -22,8 +22,8 @@ struct JointErrors {
 JointErrors likeliest_joint_errors(const CalibratedCell& cell, const TimeEvidence& evidence,
                                    std::span<const Measurement> points);
 
-/// The same criterion of an arm that was cold at the first point and warmed up by an exponential: the zeros of its
-/// joints and all its lengths change in that way.
+/// The same criterion of an arm that was cold at the first point and warmed up by an exponential: the zeros
+/// of its joints and all its lengths change in that way.
 ///
 /// @param points  in the order in which they were measured
 double warm_up_criterion(const CalibratedCell& cell, const TimeEvidence& evidence,

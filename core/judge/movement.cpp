@@ -26,6 +26,8 @@ std::vector<PossibleChange> movers_of(const CalibratedCell& cell) {
   std::vector<PossibleChange> all = bases_of(cell);
   std::ranges::copy(joint_zeros_of(cell), std::back_inserter(all));
   std::ranges::copy(reflectors_of(cell), std::back_inserter(all));
+  all.push_back(growth_of(cell));
+  if (cell.robot.joint_count() > 1) all.push_back(all_zeros_of(cell));
   return all;
 }
 
@@ -40,12 +42,13 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
   const std::vector<PossibleChange> all = movers_of(cell);
   const auto but_bases = static_cast<double>(all.size()) - cell.station_count();
   for (const PossibleChange& change : all) {
-    const bool is_base = change.what.kind == ChangeKind::Base;
+    const ChangeKind kind = change.what.kind;
+    const bool is_base = kind == ChangeKind::Base;
     const double others = is_base ? 1 : but_bases;  // mostly it is the tracker
-    const MovementSearch search(evidence, change, points, pose, others);
+    const MovementSearch search(evidence, cell, change, points, pose, others);
     if (!search.has_moments()) continue;
     consider(search.best_step());
-    if (change.what.kind != ChangeKind::JointZero) consider(search.trend());
+    if (is_base || kind == ChangeKind::Reflector) consider(search.trend());
     if (is_base && likely.empty() && stated_noise(evidence, evidence.r, 0) != StatedNoise::Explains)
       consider(search.best_two_steps());
   }

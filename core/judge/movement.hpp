@@ -13,7 +13,7 @@ namespace truepose {
 
 /// Something moved while it was measured.
 struct Movement {
-  Change what;            ///< a base, a joint's zero or a reflector
+  Change what;            ///< a base, a joint's zero, all of them, a reflector or all lengths
   std::size_t first = 0;  ///< point after the step, from 0; 0: little by little, from the first to the last
   std::size_t again = 0;  ///< point after a second step, which may lead back; 0: there was none
   int before = 0, before_again = 0;  ///< points measured before each step: of a base those of its station

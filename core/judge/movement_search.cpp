@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/judge/chance_of_gain.hpp"
+#include "core/judge/drift_evidence.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/statistics.hpp"
 
@@ -55,12 +56,14 @@ struct MovementSearch::Trial {
   double tried = 1;  ///< so many were as possible
 };
 
-MovementSearch::MovementSearch(const TimeEvidence& evidence, const PossibleChange& change,
-                               std::span<const Measurement> points, std::span<const int> pose, double others)
+MovementSearch::MovementSearch(const TimeEvidence& evidence, const CalibratedCell& cell,
+                               const PossibleChange& change, std::span<const Measurement> points,
+                               std::span<const int> pose, double others)
     : evidence_{evidence},
       what_{change.what},
-      column_{change.free.front()},
-      columns_{static_cast<int>(change.free.size())},
+      J_{times(evidence.J, directions_of({&change, 1}, cell))},
+      moves_{times(evidence.moves, directions_of({&change, 1}, cell))},
+      columns_{J_.cols()},
       others_{others} {
   std::set<int> shown;  // all points of a pose take part that one of them shows
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -74,7 +77,7 @@ MovementSearch::MovementSearch(const TimeEvidence& evidence, const PossibleChang
   from_.assign(points_.size() + 1, ReducedEquations{evidence_, columns_});
   for (std::size_t k = points_.size(); k-- > 0;) {
     from_[k] = from_[k + 1];
-    from_[k].add(evidence_, points_[k], columns_at(evidence_.J, k));
+    from_[k].add(evidence_, points_[k], columns_at(J_, k));
   }
 }
 
@@ -96,8 +99,7 @@ PossibleMovement MovementSearch::trend() const {
   const Shares shares = Eigen::VectorXd::LinSpaced(count, 0, 1);
   ReducedEquations equations{evidence_, columns_};
   for (std::size_t k = 0; k < points_.size(); ++k)
-    equations.add(evidence_, points_[k],
-                  shares(static_cast<Eigen::Index>(k), 0) * columns_at(evidence_.J, k));
+    equations.add(evidence_, points_[k], shares(static_cast<Eigen::Index>(k), 0) * columns_at(J_, k));
   return fitted({}, {shares, equations, 0, others_});
 }
 
@@ -150,9 +152,8 @@ Eigen::VectorXd MovementSearch::left_by(const Shares& shares, const Eigen::Vecto
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(evidence_.r.size());
   for (std::size_t k = 0; k < points_.size(); ++k)
     for (Eigen::Index m = 0; m < shares.cols(); ++m)
-      moved.segment<3>(row_of(points_[k])) += shares(static_cast<Eigen::Index>(k), m) *
-                                              columns_at(evidence_.J, k) *
-                                              step.segment(m * columns_, columns_);
+      moved.segment<3>(row_of(points_[k])) +=
+          shares(static_cast<Eigen::Index>(k), m) * columns_at(J_, k) * step.segment(m * columns_, columns_);
   return evidence_.r - moved + times(evidence_.U, transposed_times(evidence_.U, moved));
 }
 
@@ -161,8 +162,8 @@ double MovementSearch::moved_mm(const Shares& shares, const Eigen::VectorXd& ste
   double sum_mm = 0, count = 0;
   const Eigen::VectorXd first_step = step.head(columns_);
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    if (shares(static_cast<Eigen::Index>(k), 0) < 1 || columns_at(evidence_.moves, k).isZero(0)) continue;
-    sum_mm += (columns_at(evidence_.moves, k) * first_step).norm();
+    if (shares(static_cast<Eigen::Index>(k), 0) < 1 || columns_at(moves_, k).isZero(0)) continue;
+    sum_mm += (columns_at(moves_, k) * first_step).norm();
     ++count;
   }
   return sum_mm / count;

@@ -26,11 +26,11 @@ struct PossibleMovement {
 class MovementSearch {
  public:
   /// @param evidence  of the points; kept by reference
-  /// @param change    of parameters that follow each other
+  /// @param change    of the cell
   /// @param points    in the order in which they were measured
   /// @param pose      pose_numbers() of them
   /// @param others    so many other things are as likely to have moved
-  MovementSearch(const TimeEvidence& evidence, const PossibleChange& change,
+  MovementSearch(const TimeEvidence& evidence, const CalibratedCell& cell, const PossibleChange& change,
                  std::span<const Measurement> points, std::span<const int> pose, double others);
 
   /// Whether enough poses show it.
@@ -53,7 +53,7 @@ class MovementSearch {
   };
 
   auto columns_at(const Eigen::MatrixXd& J, std::size_t k) const {
-    return J.block(row_of(points_[k]), column_, 3, columns_);
+    return J.middleRows<3>(row_of(points_[k]));
   }
   Shares steps_at(std::initializer_list<std::size_t> moments) const;
   TwoMoments best_moments() const;
@@ -64,7 +64,8 @@ class MovementSearch {
 
   const TimeEvidence& evidence_;
   Change what_;
-  int column_, columns_;              // of its parameters
+  Eigen::MatrixXd J_, moves_;  // its columns
+  Eigen::Index columns_;
   std::vector<std::size_t> points_;   // that show it
   std::vector<std::size_t> moments_;  // of a step: places among these
   double others_;

@@ -15,7 +15,7 @@ namespace truepose {
 /// @param cell      as identified
 /// @param points    to identify
 /// @param sigma_mm  standard deviation of one coordinate of a point about the model
-std::optional<Finding> reflectors_on_last_axis(const CalibratedCell& cell, std::span<const Measurement> points,
-                                               double sigma_mm);
+std::optional<Finding> reflectors_on_last_axis(const CalibratedCell& cell,
+                                               std::span<const Measurement> points, double sigma_mm);
 
 }  // namespace truepose

@@ -1,5 +1,7 @@
 #include "tools/truepose/offline/mistake_text.hpp"
 
+#include <algorithm>
+
 #include "config/robot_fix.hpp"
 
 namespace truepose::tools {
@@ -18,7 +20,8 @@ std::string mistake_text(const Suspicion& suspicion, const std::string& robot_fi
   if (suspicion.mistakes.empty()) return data_file + ": " + in_words(suspicion);
   std::string places;
   for (const Mistake& mistake : suspicion.mistakes) places += place_of(mistake, robot_file, data_file) + ": ";
-  return places + in_words(suspicion) + "; `truepose robot fix` writes it mended";
+  const bool by_hand = std::ranges::any_of(suspicion.mistakes, &Mistake::is_mended_by_hand);
+  return places + in_words(suspicion) + (by_hand ? "" : "; `truepose robot fix` writes it mended");
 }
 
 }  // namespace truepose::tools

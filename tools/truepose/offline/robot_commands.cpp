@@ -54,6 +54,9 @@ int run_fix(const RobotFix& command) {
                                     " shows: no file was written"};
   if (suspicion->mistakes.empty())
     throw CommandError{kFailed, mistake_text(*suspicion, command.robot_file, command.data_file)};
+  if (std::ranges::any_of(suspicion->mistakes, &Mistake::is_mended_by_hand))
+    throw CommandError{
+        kFailed, mistake_text(*suspicion, command.robot_file, command.data_file) + ": no file was written"};
   const auto files = mended_files(command, *suspicion, data);
   config::write_together(files);
   std::printf("%s\n", in_words(*suspicion).c_str());
