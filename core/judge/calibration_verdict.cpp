@@ -184,6 +184,7 @@ std::string told(const Change& change, const MeasurementData& data) {
     return formatted("joint %d slipped against its encoder", change.index + 1);
   if (change.kind == ChangeKind::Growth)
     return "all lengths of the arm changed, as it became warmer or colder";
+  if (change.kind == ChangeKind::Load) return "the load on the flange changed";
   if (change.kind == ChangeKind::AllZeros) return "the joints were mastered again";
   return "reflector '" + data.smr_names[static_cast<std::size_t>(change.index)] +
          "' was exchanged or moved on the flange";

@@ -143,6 +143,8 @@ std::string described(const Change& change, const Eigen::VectorXd& moved, const 
       return formatted("all lengths of the arm grew by %.0f ppm", 1e6 * moved[0]);
     case ChangeKind::AllZeros:
       return "the joints were mastered again";
+    case ChangeKind::Load:
+      return "the load on the flange changed";
     case ChangeKind::Link:
       return parameter_names(cell)[at] + " changed";
     case ChangeKind::Reading: {

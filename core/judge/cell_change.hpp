@@ -19,6 +19,7 @@ enum class ChangeKind {
   Growth,     ///< all lengths of the arm by the same share, as it is warmer or colder: 1
   Link,       ///< one length or angle of one link: 1
   AllZeros,   ///< the encoders of all joints read other angles, as after mastering: 1 a joint
+  Load,       ///< what the flange carries, which bends the joints: 1 a joint that turns
 };
 struct Change {
   ChangeKind kind = ChangeKind::Base;

@@ -202,6 +202,7 @@ std::string remedy(const DriftCause& cause) {
       return "measure when the arm is as warm as it was";
     case ChangeKind::Link:
     case ChangeKind::AllZeros:
+    case ChangeKind::Load:
       return "calibrate again";
     case ChangeKind::Reading:
       return "measure that point again";

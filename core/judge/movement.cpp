@@ -28,6 +28,7 @@ std::vector<PossibleChange> movers_of(const CalibratedCell& cell) {
   std::ranges::copy(reflectors_of(cell), std::back_inserter(all));
   all.push_back(growth_of(cell));
   if (cell.robot.joint_count() > 1) all.push_back(all_zeros_of(cell));
+  all.push_back({{ChangeKind::Load}, {}});
   return all;
 }
 
@@ -47,7 +48,11 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
     const double others = is_base ? 1 : but_bases;  // mostly it is the tracker
     const MovementSearch search(evidence, cell, change, points, pose, others);
     if (!search.has_moments()) continue;
-    consider(search.best_step());
+    const PossibleMovement step = search.best_step();
+    // An arm that bends under what it always carries shows as much where its model does not bend.
+    const bool bends =
+        kind == ChangeKind::Load && step.criterion > search.always().criterion - kOutOfQuestion;
+    if (!bends) consider(step);
     if (is_base || kind == ChangeKind::Reflector) consider(search.trend());
     if (is_base && likely.empty() && stated_noise(evidence, evidence.r, 0) != StatedNoise::Explains)
       consider(search.best_two_steps());

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <set>
 
+#include "core/arm/joint_deviation.hpp"
 #include "core/judge/chance_of_gain.hpp"
 #include "core/judge/drift_evidence.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -15,6 +16,7 @@ namespace {
 constexpr std::size_t kFewest = 3;         // poses before and after a step: fewer are single readings
 constexpr std::size_t kMostMoments = 24;   // of which pairs are tried
 constexpr double kRarer = 100;             // are two steps than one
+constexpr double kBends = 1e-3;            // of what all joints do under a load
 constexpr std::ptrdiff_t kFewestAway = 5;  // poses between two steps: gross errors of few look like these
 
 /// Which of some points may come after a step: the first of a pose, with enough poses before it and from it
@@ -46,6 +48,34 @@ std::span<const std::size_t> around(std::size_t moment, std::span<const std::siz
   return moments.subspan(first, std::min(moments.size(), at + apart + 1) - first);
 }
 
+/// Derivatives of the points to what a change leaves open.
+///
+/// @param J  to all parameters
+Eigen::MatrixXd columns_of(const PossibleChange& change, const Eigen::MatrixXd& J, const CalibratedCell& cell,
+                           std::span<const Measurement> points) {
+  if (change.what.kind != ChangeKind::Load) return times(J, directions_of({&change, 1}, cell));
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  RobotModel bending = cell.robot;
+  bending.deviation.clear();
+  for (int i = 0; i < layout.joints; ++i)
+    if (bending.joints[static_cast<std::size_t>(i)].type == JointType::Revolute)
+      bending.deviation.push_back({.joint = i, .basis = DeviationBasis::Weight, .order = layout.joints + 1});
+  std::vector<double> torques(bending.deviation.size());
+  Eigen::MatrixXd columns(J.rows(), std::ssize(torques));
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    deviation_basis(bending, points[k].q, points[k].direction, torques);
+    for (std::size_t t = 0; t < torques.size(); ++t)
+      columns.block<3, 1>(row_of(k), static_cast<Eigen::Index>(t)) =
+          torques[t] *
+          J.block<3, 1>(row_of(k), zero_parameter(cell.robot, layout, bending.deviation[t].joint));
+  }
+  // What stands upright does not bend.
+  std::vector<int> bent;
+  for (int t = 0; t < columns.cols(); ++t)
+    if (columns.col(t).norm() > kBends * columns.norm()) bent.push_back(t);
+  return columns(Eigen::all, bent);
+}
+
 }  // namespace
 
 /// What is fitted: of a movement of unknown size, and at so many unknown moments.
@@ -61,8 +91,8 @@ MovementSearch::MovementSearch(const TimeEvidence& evidence, const CalibratedCel
                                std::span<const int> pose, double others)
     : evidence_{evidence},
       what_{change.what},
-      J_{times(evidence.J, directions_of({&change, 1}, cell))},
-      moves_{times(evidence.moves, directions_of({&change, 1}, cell))},
+      J_{columns_of(change, evidence.J, cell, points)},
+      moves_{columns_of(change, evidence.moves, cell, points)},
       columns_{J_.cols()},
       others_{others} {
   std::set<int> shown;  // all points of a pose take part that one of them shows
@@ -92,6 +122,10 @@ PossibleMovement MovementSearch::best_step() const {
   }
   const double tried = others_ * static_cast<double>(evidence_.r.size() / 3);
   return fitted({.first = points_[first]}, {steps_at({first}), from_[first], 1, tried});
+}
+
+PossibleMovement MovementSearch::always() const {
+  return fitted({}, {Eigen::VectorXd::Ones(std::ssize(points_)), from_.front(), 0, others_});
 }
 
 PossibleMovement MovementSearch::trend() const {

@@ -38,6 +38,8 @@ class MovementSearch {
 
   /// One step: any point may have been the first after it.
   PossibleMovement best_step() const;
+  /// What changed before the first point, as what the model leaves out does.
+  PossibleMovement always() const;
   /// Evenly, from the first point to the last.
   PossibleMovement trend() const;
   /// Two steps, as of a tracker that was bumped and set back.

@@ -315,17 +315,16 @@ std::vector<Kind> kinds() {
           from_row_on(data.points, data.points.size() / 2, [=](Measurement& m) { m.q += step; });
         };
       });
-  add("payload changed", {"times the noise", "the validation points are off", "moved", "slipped"},
-      [at_share](Cell& cell) {
-        cell.truth.non_geometric = heavy_arm_errors({.payload_kg = 0, .harmonics = false});
-        cell.options.deviation = true;
-        cell.before = [=](TrueArm& arm, TrueArmSetup&, int point, int of) {
-          if (!at_share(point, of, 0.5)) return;
-          TrueArmSetup loaded = arm.setup();
-          loaded.non_geometric = heavy_arm_errors({.payload_kg = 200, .harmonics = false});
-          arm = TrueArm{loaded, 5};
-        };
-      });
+  add("payload changed", {"the load on the flange changed"}, [at_share](Cell& cell) {
+    cell.truth.non_geometric = heavy_arm_errors({.payload_kg = 0, .harmonics = false});
+    cell.options.deviation = true;
+    cell.before = [=](TrueArm& arm, TrueArmSetup&, int point, int of) {
+      if (!at_share(point, of, 0.5)) return;
+      TrueArmSetup loaded = arm.setup();
+      loaded.non_geometric = heavy_arm_errors({.payload_kg = 200, .harmonics = false});
+      arm = TrueArm{loaded, 5};
+    };
+  });
   add("geometry alone, heavy arm", {"identify the deviations"},
       [](Cell& cell) { cell.truth.non_geometric = heavy_arm_errors({}); });
   add("one reading wrong", {"contradict the others", "beyond six sigma"},
