@@ -16,6 +16,7 @@ namespace {
 /// base's, and a tenth of it would be left.
 constexpr double kMostTurnSigma = 0.1;
 constexpr double kFinestSigma_mm = 0.01;  // of a reading: points that fit better do so by chance
+constexpr double kMostOfArmSigma_mm = 10;
 
 /// What points tell of the base's turn about the tracker's axes, as the station sees it, all else that is
 /// free being open: mm^2 per rad^2.
@@ -46,11 +47,19 @@ Eigen::MatrixXd turns_that_show(const CalibratedCell& cell, const LeastSquaresPr
   return told.U.leftCols(shown);
 }
 
+/// Standard deviation of a coordinate by the middle of the points, which a part of them that is wrong does
+/// not move, and of no more than an arm is off by: what is left of a hopeless fit is not noise.
+double sigma_of_middle_mm(const LinearSystem& system, std::size_t points) {
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < points; ++i)
+    lengths.push_back(system.f.segment<3>(3 * static_cast<Eigen::Index>(i)).norm());
+  return std::clamp(sigma_from_median(lengths), kFinestSigma_mm, kMostOfArmSigma_mm);
+}
+
 /// Whether the station's points show how the base is turned, with what the fit leaves as noise.
 bool shows_turn(const CalibratedCell& cell, const LeastSquaresProblem& problem, int station) {
   const LinearSystem system = linearise(cell, problem);
-  const double sigma_mm = std::max(
-      system.f.norm() / std::sqrt(3.0 * static_cast<double>(problem.points.size())), kFinestSigma_mm);
+  const double sigma_mm = sigma_of_middle_mm(system, problem.points.size());
   const double least = sigma_mm * sigma_mm / (kMostTurnSigma * kMostTurnSigma);
   const Eigen::Matrix3d told = told_of_turn(cell, system, station);
   if (eigenvalues(told)[0] > least) return true;

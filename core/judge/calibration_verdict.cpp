@@ -336,6 +336,35 @@ Finds far_validation(const Case& of) {
           names_of_points(of.data, far)};
 }
 
+/// Points that have the joints of an earlier pose and are elsewhere: their joints are stale.
+Finds joints_stale(const Case& of) {
+  std::vector<std::size_t> stale;
+  for (const std::vector<std::size_t>& pose : pose_groups(of.data.points)) {
+    for (std::size_t k = 1; k < pose.size(); ++k) {
+      const Measurement& point = of.data.points[pose[k]];
+      const auto is_there = [&](std::size_t i) {
+        const Measurement& other = of.data.points[i];
+        return other.smr == point.smr && other.station == point.station &&
+               (other.p_WS_mm - point.p_WS_mm).norm() > kFarthestError_mm;
+      };
+      if (std::any_of(pose.begin(), pose.begin() + static_cast<std::ptrdiff_t>(k), is_there))
+        stale.push_back(pose[k]);
+    }
+  }
+  if (stale.empty()) return std::nullopt;
+  std::string places;
+  for (std::size_t i = 0; i < std::min(stale.size(), kNamed); ++i)
+    places += (i == 0 ? "" : ", ") + place_of(of.data, stale[i]);
+  if (stale.size() > kNamed) places += formatted(" and %zu more", stale.size() - kNamed);
+  const bool all_far = std::ranges::all_of(
+      stale, [far = far_points(of.calibration)](std::size_t i) { return std::ranges::count(far, i) > 0; });
+  return Finding{
+      all_far ? Severity::Note : Severity::Doubt,
+      formatted("the same joints are given for points far apart, at %s: joints that were read before "
+                "the arm had moved; leave out the wrong ones of them",
+                places.c_str())};
+}
+
 /// Of readings that are the same to the last digit, all but the first.
 std::ptrdiff_t readings_told_again(std::span<const Measurement> points) {
   const auto reading = [](const Measurement& m) {
@@ -461,11 +490,23 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
 }
 
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
-constexpr std::array kOfEvidence{
-    too_much_left,       reference_moved,  moved_meanwhile,   still_warming_up,
-    more_than_predicted, beyond_tolerance, nearer_than_noise, far_validation,
-    rows_left_out,       told_twice,       clock_was_set,     noise_not_stated,
-    joints_rounded,      on_last_axis,     poses_narrow,      warmth_of_validation_open};
+constexpr std::array kOfEvidence{too_much_left,
+                                 reference_moved,
+                                 moved_meanwhile,
+                                 still_warming_up,
+                                 more_than_predicted,
+                                 beyond_tolerance,
+                                 nearer_than_noise,
+                                 far_validation,
+                                 rows_left_out,
+                                 joints_stale,
+                                 told_twice,
+                                 clock_was_set,
+                                 noise_not_stated,
+                                 joints_rounded,
+                                 on_last_axis,
+                                 poses_narrow,
+                                 warmth_of_validation_open};
 
 template <typename Questions, typename Of>
 void ask(const Questions& questions, const Of& of, CalibrationVerdict& verdict) {

@@ -56,11 +56,10 @@ std::optional<Finding> narrow_poses(const RobotModel& robot, std::span<const Mea
     ++count;
   }
   if (2 * count <= robot.joint_count()) return std::nullopt;
-  return Finding{
-      Severity::Doubt,
-      "the poses take up less than a quarter of the range of most joints: " + narrow +
-          "; elsewhere the model was not seen: measure poses over the whole range, or state with a "
-          "task where it is used"};
+  return Finding{Severity::Doubt,
+                 "the poses take up less than a quarter of the range of most joints: " + narrow +
+                     "; elsewhere the model was not seen: measure poses over the whole range, or state that "
+                     "it is used there alone (--local, or the task of the cell file)"};
 }
 
 std::optional<Finding> rounded_joints(const CalibratedCell& cell, std::span<const Measurement> points) {

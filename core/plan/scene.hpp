@@ -45,6 +45,11 @@ struct Box {
   bool holds(const Eigen::Vector3d& p_mm) const {
     return (p_mm.array() >= min_mm.array()).all() && (p_mm.array() <= max_mm.array()).all();
   }
+  /// Whether it is narrower than any cell.
+  bool is_bounded() const {
+    const Box any;
+    return (min_mm.array() > any.min_mm.array()).any() || (max_mm.array() < any.max_mm.array()).any();
+  }
 };
 
 /// A reflector on the flange, and how it can be seen. mm, rad.

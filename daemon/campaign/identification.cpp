@@ -55,6 +55,7 @@ CalibrationVerdict verdict_on(const CalibrationResult& result, const std::vector
                               .stated = config::calibrate_options(config).noise,
                               .reference_mm = reference_mm,
                               .remeasured = result.remeasured,
+                              .task_stated = config.task.is_bounded(),
                               .beside = corrected.findings});
 }
 

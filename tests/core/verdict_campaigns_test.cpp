@@ -343,7 +343,7 @@ std::vector<Kind> kinds() {
         const std::size_t row = some_row(data.points, random);
         for (std::size_t i = row + 1; i-- > row - 1;) data.points[i].q = data.points[i - 1].q;
       }));
-  add("many stale joints", {"joints", "stale", "before"}, spoiled([](MeasurementData& data, Random& random) {
+  add("many stale joints", {"the same joints are given"}, spoiled([](MeasurementData& data, Random& random) {
         for (int n = 0; n < 15; ++n) {
           const std::size_t row = some_row(data.points, random, 0.05, 1);
           data.points[row].q = data.points[row - 1].q;

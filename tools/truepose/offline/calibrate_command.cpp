@@ -47,6 +47,7 @@ struct CalibrateCommand {
   std::vector<int> harmonics;  ///< empty: the usual
   NoiseOptions noise;
   std::optional<double> tolerance_mm;
+  bool is_local = false;
   bool as_json = false;
 };
 
@@ -152,6 +153,7 @@ CalibrationVerdict verdict_on_one(const CalibrateCommand& command, const RobotMo
                               .data = outcome.data,
                               .stated = noise_of(command.noise),
                               .tolerance_mm = tolerance_mm,
+                              .task_stated = command.is_local,
                               .beside = limits ? std::span{&*limits, 1} : std::span<const Finding>{}});
 }
 
@@ -336,6 +338,8 @@ Command calibrate_command() {
            repeatability_option(c.noise),
            Option("--tolerance", &c.tolerance_mm, "Largest error that the verdict allows, mm",
                   {.check = in_range(1e-6, 1000.0)}),
+           Option("--local", &c.is_local,
+                  "The model is used among the measured poses alone: that they are narrow is no doubt"),
            jobs_option(c.jobs),
            Option("--out", &c.out_file, "Write the calibrated arm here (model file, YAML)",
                   {.file = FileUse::Written}),
