@@ -43,7 +43,7 @@ constexpr std::size_t kMostPredicted = 200;  // validation points: their covaria
 constexpr double kStillWarming = 0.5;        // of the mean error: less is not worth a word
 constexpr double kNearerThanNoise = 0.5;     // of the mean error that the stated noise alone makes
 constexpr std::size_t kNamed = 4;            // points in one sentence
-constexpr double kLittle = 2;                // times the mean error: what of warmth and slips does no harm
+constexpr double kLittle = 1.5;              // times the mean error: what of warmth and slips does no harm
 constexpr double kMatters = 0.1;             // of the errors: what far points change of them
 constexpr int kFewestRepeats = 6;            // coordinates that are known to scatter
 
@@ -196,12 +196,10 @@ Finds moved_meanwhile(const Case& of) {
   std::string who = told(moved->what, of.data);
   for (const Change& other : moved->or_else) who += ", or " + told(other, of.data);
   const bool little = moved->moved_mm < kLittle * of.judged.achieved.mean;
-  if (moved->or_warmth && little)
-    return Finding{Severity::Note, formatted("the arm warmed up a little while it was measured, or %s: about "
-                                             "%.2f mm, too little to say which",
-                                             who.c_str(), moved->moved_mm)};
-  if (moved->or_warmth) who += ", or the arm warmed up";
   const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved, of.data);
+  if (moved->or_warmth && little)
+    return Finding{Severity::Note, who + how + ", or the arm warmed up a little: too little to say which"};
+  if (moved->or_warmth) who += ", or the arm warmed up";
   const bool surely = !moved->or_warmth && (moved->what.kind == ChangeKind::Base || moved->halves);
   if (!moved->or_joint) return Finding{surely ? Severity::Refusal : Severity::Doubt, who + how};
   return doubt(

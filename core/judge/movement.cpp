@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "core/identify/error_bounds.hpp"
+#include "core/identify/positioner.hpp"
 #include "core/judge/chance_of_gain.hpp"
 #include "core/judge/far_stretch.hpp"
 #include "core/judge/joint_errors.hpp"
@@ -68,7 +70,13 @@ const PossibleMovement& likeliest(std::span<const PossibleMovement> likely) {
   const auto by_base = [](const PossibleMovement& each) {
     return each.movement.what.kind == ChangeKind::Base ? each.chance : 1;
   };
-  const auto best = std::ranges::min_element(likely, {}, &PossibleMovement::criterion);
+  // Of several things at once only where no single one explains the points.
+  const auto criterion = [](const PossibleMovement& each) {
+    const ChangeKind kind = each.movement.what.kind;
+    const bool several = kind == ChangeKind::AllZeros || kind == ChangeKind::Load;
+    return each.criterion + (several ? kOutOfQuestion : 0);
+  };
+  const auto best = std::ranges::min_element(likely, {}, criterion);
   const auto base = std::ranges::min_element(likely, {}, by_base);
   return by_base(*base) < 1 && base->criterion < best->criterion + kOutOfQuestion ? *base : *best;
 }
@@ -121,9 +129,9 @@ std::optional<Movement> movement_in_order(const CalibratedCell& cell, std::span<
   if (evidence.degrees <= 0) return std::nullopt;
   const std::vector<PossibleMovement> likely = likely_movements(cell, evidence, others);
   if (likely.empty()) return std::nullopt;
-  return renumbered(choice(likely, likeliest_joint_errors(cell, evidence, others),
-                           warm_up_criterion(cell, evidence, others)),
-                    number);
+  const double by_warmth = is_positioner(cell.robot) ? std::numeric_limits<double>::infinity()
+                                                     : warm_up_criterion(cell, evidence, others);
+  return renumbered(choice(likely, likeliest_joint_errors(cell, evidence, others), by_warmth), number);
 }
 
 /// How many points had been measured when it moved: of a base those of its station.

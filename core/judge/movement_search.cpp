@@ -95,6 +95,7 @@ MovementSearch::MovementSearch(const TimeEvidence& evidence, const CalibratedCel
       moves_{columns_of(change, evidence.moves, cell, points)},
       columns_{J_.cols()},
       others_{others} {
+  if (columns_ == 0) return;
   std::set<int> shown;  // all points of a pose take part that one of them shows
   for (std::size_t i = 0; i < points.size(); ++i)
     if (shows(points[i], what_)) shown.insert(pose[i]);

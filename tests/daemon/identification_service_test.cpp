@@ -22,7 +22,10 @@ std::string text_in(const json::value& value, const char* pointer) {
 }
 
 struct Identification : CellTest {
-  Identification() { load(); }
+  Identification() {
+    config.task.max_mm.x() = 3000;  // the example's poses are near each other
+    load();
+  }
   json::value identified(json::object params) {
     const Answer answer = call("campaign.identify", std::move(params));
     if (!answer) throw std::runtime_error{answer.error().message};

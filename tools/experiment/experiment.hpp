@@ -46,8 +46,8 @@ struct Quartiles {
   double lower = 0, median = 0, upper = 0;
 };
 
-/// One method over all trials. Errors are against the true positions at validation poses, pooled over the
-/// trials that converged.
+/// One method over all trials. Errors are against the true positions at validation poses, pooled over all
+/// trials with a fit, whether it converged or not.
 struct MethodResult {
   std::string method;
   TrialData data = TrialData::Noisy;
@@ -68,7 +68,7 @@ struct DesignResult {
   std::string design;  ///< "random", "d-optimal", "i-optimal"
   int poses = 0;
   double rms_mm = 0;  ///< over the poses of a task and the trials
-  double max_mm = 0;  ///< greatest RMS over the trials at one pose of the task
+  double max_mm = 0;  ///< of the task's worst pose, mean over the trials
 };
 
 /// One layer of the model (or of the compensation), on an arm with non-geometric errors or without.

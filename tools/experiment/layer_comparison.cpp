@@ -24,6 +24,8 @@ struct MeasuredArm {
   std::span<const Measurement> targets() const { return std::span{campaign.data.points}.subspan(identify); }
 };
 
+constexpr const char *kGeometric = "geometric", *kDeviationAuto = "deviation auto";
+
 /// What a calibration may know of. An arm without weight has no terms of gravity, and points without
 /// directions none of approach.
 struct ModelLayer {
@@ -31,7 +33,6 @@ struct ModelLayer {
   CalibrateOptions options;
   bool weight = false;
   bool directions = false;
-  bool driven = false;                ///< the arm is also driven by this model
   std::vector<RegressorKind> fields;  ///< each on top of it, a layer of its own
 };
 
@@ -39,18 +40,16 @@ std::vector<ModelLayer> model_layers() {
   const CalibrateOptions geometric{.check_model = false};
   const CalibrateOptions harmonics{.deviation = true, .check_model = false};
   const CalibrateOptions no_harmonics{.deviation = true, .harmonics = {}, .check_model = false};
-  return {{.name = "geometric",
-           .options = geometric,
-           .driven = true,
-           .fields = {kAllRegressors.begin(), kAllRegressors.end()}},
-          {.name = "compliance", .options = no_harmonics, .weight = true},
-          {.name = "harmonics", .options = harmonics},
-          {.name = "compliance and harmonics", .options = harmonics, .weight = true},
-          {.name = "deviation auto",
-           .options = harmonics,
-           .weight = true,
-           .directions = true,
-           .fields = {RegressorKind::GaussianProcess}}};
+  return {
+      {.name = kGeometric, .options = geometric, .fields = {kAllRegressors.begin(), kAllRegressors.end()}},
+      {.name = "compliance", .options = no_harmonics, .weight = true},
+      {.name = "harmonics", .options = harmonics},
+      {.name = "compliance and harmonics", .options = harmonics, .weight = true},
+      {.name = kDeviationAuto,
+       .options = harmonics,
+       .weight = true,
+       .directions = true,
+       .fields = {RegressorKind::GaussianProcess}}};
 }
 
 /// Errors of one layer over all arms.
@@ -126,22 +125,23 @@ void add_predictions(const CalibratedCell& cell, const MeasuredArm& arm, LayerEr
   }
 }
 
-/// The arm driven to the targets by the inverted model, and from there by the tracker. A target is the point
-/// where the nominal arm would be.
+/// The arm driven to the targets by the inverted model, and where that is asked for from there by the
+/// tracker. A target is the point where the nominal arm would be.
 void add_driven(const Calibration& fit, const MeasuredArm& measured, const ExperimentOptions& options,
-                LayerErrors& inverted, LayerErrors& in_the_loop) {
+                LayerErrors& inverted, LayerErrors* in_the_loop) {
   Random seeds{measured.seed};
   TrueArm arm{measured.setup, seeds.next()};
   Random noise{seeds.next()};
   for (const Measurement& target : measured.targets()) {
     const Eigen::Vector3d wanted = fit.coarse.predict(target.q, 0);
-    const auto q = joints_for_reflector(fit.geometric, wanted, target.q, target.direction);
+    const auto q = joints_for_reflector(fit.cell, wanted, target.q, target.direction);
     if (!q) continue;  // stretched out, the arm does not reach everything that the nominal one does
     arm.move_to(*q);
     inverted.stood.push_back(arm.p_WS_mm(*q) - wanted);
+    if (!in_the_loop) continue;
     const Eigen::Vector3d stood =
-        approach_with_tracker(arm, fit.geometric, wanted, *q, {.noise_mm = options.tracker_noise_mm}, noise);
-    in_the_loop.stood.push_back(stood - wanted);
+        approach_with_tracker(arm, fit.cell, wanted, *q, {.noise_mm = options.tracker_noise_mm}, noise);
+    in_the_loop->stood.push_back(stood - wanted);
   }
 }
 
@@ -169,11 +169,13 @@ void add_arm(const RobotModel& nominal, const MeasuredArm& arm, int poses, const
     const MeasurementData data = layer.directions ? all : without_directions(all);
     const auto fit = calibrate(layer.weight ? nominal : weightless(nominal), data, layer.options);
     if (!fit) continue;
-    if (layer.driven) {
+    if (layer.name == kGeometric) {
       add_predictions(fit->coarse, arm, tallies["nominal"]);
       LayerErrors& inverted = tallies["inverted"];
-      add_driven(*fit, arm, options, inverted, tallies["tracker in the loop"]);
+      add_driven(*fit, arm, options, inverted, &tallies["tracker in the loop"]);
     }
+    if (layer.name == kDeviationAuto)
+      add_driven(*fit, arm, options, tallies["inverted, deviation auto"], nullptr);
     add_predictions(fit->cell, arm, tallies[layer.name]);
     for (const RegressorKind kind : layer.fields) {
       LayerErrors& tally = tallies[layer.name + " and " + std::string(name_of(kind))];

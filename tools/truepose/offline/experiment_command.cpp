@@ -74,7 +74,7 @@ json::object method_json(const MethodResult& method) {
                       {"time_s", method.time_s},
                       {"convergence", json::value_from(method.convergence_mm)},
                       {"errors", json::value_from(method.errors_mm)}};
-  if (method.converged > 0) {
+  if (method.validation.count > 0) {
     object["validation"] = record::statistics_json(method.validation);
     object["quartiles"] = {method.quartiles.lower, method.quartiles.median, method.quartiles.upper};
     if (method.data != TrialData::NoiseFree) object["rmse_over_bound"] = method.rmse_over_bound;
@@ -120,7 +120,7 @@ json::array rows_json(const std::vector<Row>& rows, json::object (*row_json)(con
 /// "published":[{"figure","source","published_mean","mean","explanation"}]}.
 ///
 /// "rmse_over_bound" is null without noise, "within_2_percent_of_oracle" is there with gross errors alone. S
-/// is record::statistics_json; of a method that never converged it is null, as are its quartiles.
+/// is record::statistics_json; of a method without any fit it is null, as are its quartiles.
 json::object experiment_document(const ExperimentOptions& options, const ExperimentResult& result) {
   return {{"seed", options.seed},
           {"trials", options.trials},
@@ -150,14 +150,14 @@ std::string methods_text(const ExperimentResult& result) {
   std::vector<Cells> rows{{"Method", "mean", "max", "RMS", "RMS/bound", "converged", "iter", "time"}};
   for (const MethodResult& method : result.methods) {
     const ErrorStatistics& errors = method.validation;
-    const auto of_converged = [&](double mm) { return method.converged > 0 ? error_text(mm) : "-"; };
-    rows.push_back({method.method + std::string(suffix_of(method.data)), of_converged(errors.mean),
-                    of_converged(errors.max), of_converged(errors.rms),
+    const auto of_fitted = [&](double mm) { return method.validation.count > 0 ? error_text(mm) : "-"; };
+    rows.push_back({method.method + std::string(suffix_of(method.data)), of_fitted(errors.mean),
+                    of_fitted(errors.max), of_fitted(errors.rms),
                     method.rmse_over_bound > 0 ? fmt::format("{:.3f}", method.rmse_over_bound) : "-",
                     fmt::format("{:.1f} %", 100 * method.converged), fmt::format("{:.1f}", method.iterations),
                     fmt::format("{:.1f} ms", 1000 * method.time_s)});
   }
-  return text_table({{-40}, {9}, {9}, {9}, {10}, {11}, {7}, {9}}, rows);
+  return text_table({{-40}, {12}, {12}, {12}, {13}, {11}, {7}, {9}}, rows);
 }
 
 std::string designs_text(const ExperimentResult& result) {
