@@ -22,6 +22,7 @@ constexpr double kOwnPart =
 constexpr int kFewestPoses = 40;  // of which warmth is looked for that nobody told of
 // Standard errors of what the response takes from points left out: where it was asked for, and where not.
 constexpr double kBeyondChance = 2, kBeyondDoubt = 3;
+constexpr double kAsWell = 0.5;       // standard errors of what one time constant explains more than another
 constexpr double kWarmThrough = 0.9;  // of the way: the rest may be extrapolated
 
 /// Standard deviations of what arms do that are warm through: drives and castings of industrial arms rise by
@@ -211,9 +212,10 @@ double warmest(const MeasurementData& data) {
   return most < kWarmThrough ? most : 1;
 }
 
-/// By the time constant that explains the points best.
+/// By the shortest time constant that explains the points as well as any does, as far as chance tells: an arm
+/// that is not yet warm through has to show it.
 Warmed by_clock(const ThermalBasis& basis, const MeasurementData& data, const System& system) {
-  Warmed best;
+  std::vector<Warmed> all;
   for (const WarmUpClock& clock : warm_up_clocks(data)) {
     MeasurementData warm = with_warmth_by(clock, data);
     const std::vector<double> reference(basis.cell.robot.joints.size(), warmest(warm));
@@ -222,9 +224,14 @@ Warmed by_clock(const ThermalBasis& basis, const MeasurementData& data, const Sy
                 .clock = clock,
                 .fit = {}};
     next.fit = fitted(system, taking_part(next.data, basis.rejected), basis, next);
-    if (!best.clock || rms(next.fit.left_out2) < rms(best.fit.left_out2)) best = std::move(next);
+    all.push_back(std::move(next));
   }
-  return best;
+  const auto left = [](const Warmed& each) { return rms(each.fit.left_out2); };
+  const auto best = std::ranges::min_element(all, {}, left);
+  const auto as_well = std::ranges::find_if(all, [&](const Warmed& each) {
+    return standard_errors_gained(each.fit.left_out2, best->fit.left_out2) < kAsWell;
+  });
+  return std::move(*as_well);
 }
 
 /// Whether warmth explains more of what is left than chance would, by one of the clocks: a quick look.

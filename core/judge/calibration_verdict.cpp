@@ -196,7 +196,8 @@ Finds moved_meanwhile(const Case& of) {
   std::string who = told(moved->what, of.data);
   for (const Change& other : moved->or_else) who += ", or " + told(other, of.data);
   const bool little = moved->moved_mm < kLittle * of.judged.achieved.mean;
-  const std::string how = (moved->or_else.empty() ? " " : ", ") + way_of(*moved, of.data);
+  const bool is_open = !moved->or_else.empty() || (moved->or_warmth && !little);
+  const std::string how = (is_open ? ", " : " ") + way_of(*moved, of.data);
   if (moved->or_warmth && little)
     return Finding{Severity::Note, who + how + ", or the arm warmed up a little: too little to say which"};
   if (moved->or_warmth) who += ", or the arm warmed up";

@@ -31,7 +31,6 @@ struct Cell {
   double true_noise_mm = 0;  ///< 0: as stated
   double within = 1;         ///< of the joints' ranges
   CalibrateOptions options;
-  std::string note;
   /// What happens before the point of this number, of so many.
   std::function<void(TrueArm& arm, TrueArmSetup& truth, int point, int of)> before;
   std::function<void(MeasurementData& data, Random& random)> spoil;
@@ -45,13 +44,7 @@ double turn(double deg) { return deg * kRadPerDeg; }
 
 /// Sound: arm, base, reflectors, noise, poses, layers and files are drawn.
 Cell sound_cell(std::uint64_t seed) {
-  Cell cell{.random = Random{seed},
-            .nominal = {},
-            .truth = {},
-            .options = {},
-            .note = {},
-            .before = {},
-            .spoil = {}};
+  Cell cell{.random = Random{seed}, .nominal = {}, .truth = {}, .options = {}, .before = {}, .spoil = {}};
   Random& random = cell.random;
   const int arm = static_cast<int>(random.next() % 4);
   cell.nominal = arm == 0 ? example::lr_mate() : arm == 1 ? example::ur10() : example::kr210();
@@ -206,14 +199,7 @@ TEST(VerdictOnSoundCampaigns, IsNeverRedAndHardlyEverAmber) {
     green += color == VerdictColor::Green;
     amber += color == VerdictColor::Amber;
     red += color == VerdictColor::Red;
-    if (color != VerdictColor::Green)
-      std::cout << "seed " << seed << " " << made.calibration.cell.robot.name << " refl "
-                << made.data.smr_names.size() << " points " << made.data.points.size() << " dev "
-                << made.calibration.deviation.has_value()
-                << (made.calibration.deviation ? made.calibration.deviation->terms.size() : 0) << " prior "
-                << made.calibration.prior_used << " field " << made.calibration.residual.has_value()
-                << " thermal " << (made.calibration.thermal && made.calibration.thermal->response) << " s0 "
-                << made.calibration.sigma0_mm << ": " << worst_finding(made) << '\n';
+    if (color != VerdictColor::Green) std::cout << "seed " << seed << ": " << worst_finding(made) << '\n';
     if (!made.refused) times.push_back(made.true_rms_mm / made.calibration.transfer.rms_mm);
   }
   std::ranges::sort(times);
@@ -221,7 +207,7 @@ TEST(VerdictOnSoundCampaigns, IsNeverRedAndHardlyEverAmber) {
             << " red; true over predicted elsewhere: " << median(times) << " in the median, "
             << times[times.size() * 19 / 20] << " at 95 %\n";
   EXPECT_EQ(red, 0);
-  EXPECT_LE(amber, runs / 200 + 1);
+  EXPECT_LE(amber, all_trials() ? 5 : 1);
 }
 
 /// A campaign on a KR 210 that nothing is wrong with.
@@ -230,7 +216,6 @@ Cell plain_cell(std::uint64_t seed) {
             .nominal = example::kr210(),
             .truth = {},
             .options = {},
-            .note = {},
             .before = {},
             .spoil = {}};
   Random& random = cell.random;
@@ -502,7 +487,7 @@ TEST(VerdictOnUnsoundCampaigns, IsNeverGreenOfABadModelAndNamesTheReason) {
 }
 
 TEST(TransferUncertainty, CountsWhatTheModelLeavesOfAnArmThatBends) {
-  for (const int kind : {0, 1, 2}) {
+  for (const std::string_view arm : {"an arm that bends", "one with gears", "one with both"}) {
     std::vector<double> times;
     int failed = 0;
     for (int run = 0; run < trials(500); ++run) {
@@ -510,8 +495,8 @@ TEST(TransferUncertainty, CountsWhatTheModelLeavesOfAnArmThatBends) {
       Cell cell = sound_cell(seed);
       cell.nominal = example::kr210();
       cell.truth.robot = example::deviating(cell.nominal, cell.random, 0.3, 0.3e-3);
-      cell.truth.non_geometric =
-          heavy_arm_errors({.compliance = kind != 1, .harmonics = kind != 0, .seed = seed});
+      cell.truth.non_geometric = heavy_arm_errors(
+          {.compliance = arm != "one with gears", .harmonics = arm != "an arm that bends", .seed = seed});
       cell.warms = false;
       cell.truth.warm_up = {};
       cell.options.deviation = false;
@@ -526,9 +511,10 @@ TEST(TransferUncertainty, CountsWhatTheModelLeavesOfAnArmThatBends) {
       times.push_back(made.true_rms_mm / made.calibration.transfer.rms_mm);
     }
     std::ranges::sort(times);
-    std::cout << "kind " << kind << " true over predicted: 5 % " << times[times.size() / 20] << " median "
-              << median(times) << " 90 % " << times[times.size() * 9 / 10] << " 95 % "
-              << times[times.size() * 19 / 20] << " most " << times.back() << " failed " << failed << "\n";
+    std::cout << arm << ": true over predicted elsewhere " << median(times) << " in the median, "
+              << times[times.size() * 19 / 20] << " at 95 %, failed " << failed << '\n';
+    EXPECT_LT(median(times), 1.2) << arm;
+    EXPECT_LT(times[times.size() * 19 / 20], 2) << arm;
   }
 }
 
