@@ -115,16 +115,21 @@ int field_features(const RobotModel& robot) {
 }
 
 std::vector<bool> makes_field(std::span<const Measurement> points) {
-  std::vector<bool> turns(points.size());
-  std::size_t poses = 0;
   const auto groups = pose_groups(points);
-  for (const std::vector<std::size_t>& group : groups) {
-    if (group.size() < kReflectorsForTurn) continue;
-    ++poses;
-    for (const std::size_t i : group) turns[i] = true;
+  const auto turns = [](const std::vector<std::size_t>& pose) { return pose.size() >= kReflectorsForTurn; };
+  const std::ptrdiff_t with_turn = std::ranges::count_if(groups, turns);
+  const bool most = static_cast<double>(with_turn) >= kMostWithTurn * static_cast<double>(groups.size());
+  const std::size_t poses = most ? static_cast<std::size_t>(with_turn) : groups.size();
+  const std::size_t kept = std::min(poses, kMostFieldPoses);
+  std::vector<bool> makes(points.size());
+  std::size_t k = 0;  // of those that may be kept
+  for (const std::vector<std::size_t>& pose : groups) {
+    if (most && !turns(pose)) continue;
+    const bool keeps = (k + 1) * kept / poses > k * kept / poses;
+    ++k;
+    for (const std::size_t i : pose) makes[i] = keeps;
   }
-  const bool most = static_cast<double>(poses) >= kMostWithTurn * static_cast<double>(groups.size());
-  return most ? turns : std::vector<bool>(points.size(), true);
+  return makes;
 }
 
 FieldData field_data(const CalibratedCell& cell, std::span<const Measurement> points) {

@@ -56,8 +56,11 @@ int field_features(const RobotModel& robot);
 /// Length (mm) by which a rotation is weighed against a displacement.
 inline constexpr double kTurnLever_mm = 100;
 
+inline constexpr std::size_t kMostFieldPoses = 2000;
+
 /// Which of the points a field is made of. Where most poses have three readings and more, the others are left
-/// out: a single reading that was screened out must not take the turn of the flange from the whole field.
+/// out: a single reading that was screened out must not take the turn of the flange from the whole field. Of
+/// more poses than kMostFieldPoses so many, spread evenly: the time grows with their cube.
 std::vector<bool> makes_field(std::span<const Measurement> points);
 
 /// What a residual field has to explain: the displacement of every pose, one group per pose, and the point of

@@ -11,6 +11,7 @@
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/open_warmth.hpp"
 #include "core/identify/positioner.hpp"
+#include "core/identify/regression_field.hpp"
 #include "core/identify/screening.hpp"
 #include "core/identify/thermal_response.hpp"
 #include "core/judge/clock_step.hpp"
@@ -395,6 +396,15 @@ Finds noise_not_stated(const Case& of) {
                 of.repeated_mm > 0 ? "poses scatter by that were measured again" : "the model leaves")};
 }
 
+Finds field_of_some(const Case& of) {
+  if (!of.calibration.cell.robot.field) return std::nullopt;
+  const int poses = count_poses(points_of(without(of.calibration.rejected, of.data), PoseSet::Identify));
+  if (poses <= static_cast<int>(kMostFieldPoses)) return std::nullopt;
+  return Finding{Severity::Note,
+                 formatted("the residual field is made of %zu of the %d poses, spread evenly over the rows",
+                           kMostFieldPoses, poses)};
+}
+
 Finds joints_rounded(const Case& of) { return of.rounded; }
 
 Finds on_last_axis(const Case& of) {
@@ -489,23 +499,11 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
 }
 
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
-constexpr std::array kOfEvidence{too_much_left,
-                                 reference_moved,
-                                 moved_meanwhile,
-                                 still_warming_up,
-                                 more_than_predicted,
-                                 beyond_tolerance,
-                                 nearer_than_noise,
-                                 far_validation,
-                                 rows_left_out,
-                                 joints_stale,
-                                 told_twice,
-                                 clock_was_set,
-                                 noise_not_stated,
-                                 joints_rounded,
-                                 on_last_axis,
-                                 poses_narrow,
-                                 warmth_of_validation_open};
+constexpr std::array kOfEvidence{
+    too_much_left,    reference_moved,   moved_meanwhile,          still_warming_up, more_than_predicted,
+    beyond_tolerance, nearer_than_noise, far_validation,           rows_left_out,    joints_stale,
+    told_twice,       clock_was_set,     noise_not_stated,         joints_rounded,   field_of_some,
+    on_last_axis,     poses_narrow,      warmth_of_validation_open};
 
 template <typename Questions, typename Of>
 void ask(const Questions& questions, const Of& of, CalibrationVerdict& verdict) {

@@ -9,6 +9,7 @@
 #include "core/identify/identifiability.hpp"
 #include "core/identify/least_squares_problem.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/judge/measured_order.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/error_law.hpp"
 
@@ -18,6 +19,24 @@ namespace {
 
 bool usable(const CalibratedCell& cell, const Measurement& point) {
   return point.q.size() == cell.robot.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite();
+}
+
+}  // namespace
+
+namespace {
+
+/// Part of the arm's variance that all reflectors show alike at one stop: the rest turns the flange.
+constexpr double kSharedAtStop = 0.8;
+
+void add_what_stops_share(std::span<const Measurement> points, double repeatability_mm, Eigen::MatrixXd& S) {
+  const double shared = kSharedAtStop * repeatability_mm * repeatability_mm;
+  for (const std::vector<std::size_t>& stop : stops_of(points))
+    for (const std::size_t i : stop)
+      for (const std::size_t j : stop)
+        if (i != j)
+          S.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j))
+              .diagonal()
+              .array() += shared;
 }
 
 }  // namespace
@@ -40,6 +59,7 @@ std::expected<DriftResiduals, std::string> drift_residuals(const DriftReference&
     S.block<3, 3>(row, row) += point_covariance(point, reference.noise);
     row += 3;
   }
+  add_what_stops_share(points, reference.noise.repeatability_mm, S);
   const CholeskyFactor factor(S);
   if (!factor.succeeded())
     return std::unexpected("the noise of a point must be above 0 and the model's covariance not negative");

@@ -48,4 +48,18 @@ std::vector<std::size_t> measured_order(std::span<const Measurement> points) {
   return order;
 }
 
+std::vector<std::vector<std::size_t>> stops_of(std::span<const Measurement> points) {
+  const std::vector<int> pose = pose_numbers(points);
+  std::vector<std::vector<std::size_t>> stops;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto is_of_it = [&](std::size_t other) {
+      return pose[other] == pose[i] && points[other].station == points[i].station &&
+             points[other].smr != points[i].smr;
+    };
+    if (stops.empty() || !std::ranges::all_of(stops.back(), is_of_it)) stops.emplace_back();
+    stops.back().push_back(i);
+  }
+  return stops;
+}
+
 }  // namespace truepose

@@ -13,4 +13,7 @@ namespace truepose {
 /// Points of which neither says when they were measured are left out.
 std::vector<std::size_t> measured_order(std::span<const Measurement> points);
 
+/// Points that one stop of the arm shows: of one pose and station, one after the other.
+std::vector<std::vector<std::size_t>> stops_of(std::span<const Measurement> points);
+
 }  // namespace truepose

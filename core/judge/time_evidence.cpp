@@ -7,6 +7,7 @@
 
 #include "core/identify/identifiability.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/judge/measured_order.hpp"
 #include "core/math/dense_algebra.hpp"
 
 namespace truepose {
@@ -16,21 +17,6 @@ namespace {
 Eigen::MatrixXd span_of(const Eigen::MatrixXd& A) {
   const Svd svd = thin_svd(A * column_norms(A).cwiseInverse().asDiagonal());
   return svd.U.leftCols((svd.s.array() > kRankTolerance * svd.s[0]).count());
-}
-
-/// Points that one stop of the arm shows: of one pose and station, one after the other.
-std::vector<std::vector<std::size_t>> stops_of(std::span<const Measurement> points) {
-  const std::vector<int> pose = pose_numbers(points);
-  std::vector<std::vector<std::size_t>> stops;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto is_of_it = [&](std::size_t other) {
-      return pose[other] == pose[i] && points[other].station == points[i].station &&
-             points[other].smr != points[i].smr;
-    };
-    if (stops.empty() || !std::ranges::all_of(stops.back(), is_of_it)) stops.emplace_back();
-    stops.back().push_back(i);
-  }
-  return stops;
 }
 
 /// Rows of a stop's points as their mean, times the root of their number, and what is beside it: where the

@@ -1,6 +1,8 @@
 // What a residual field is made of.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/identify/regression_field.hpp"
 #include "tests/core/example_arms.hpp"
 
@@ -28,6 +30,15 @@ TEST(ResidualField, IsMadeOfAllPosesWhereManyHaveTooFewReadingsForATurn) {
   const MeasurementData data = example::measured(cell, 20, example::kSigma_mm, random);
   const std::vector<bool> makes = makes_field(data.points);
   EXPECT_EQ(std::ranges::count(makes, true), std::ssize(data.points));
+}
+
+TEST(ResidualField, IsMadeOfTwoThousandPosesOfMorePoses) {
+  Random random{3};
+  const CalibratedCell cell = example::placed(example::kr210(), random, 1);
+  const MeasurementData data = example::measured(cell, 3000, example::kSigma_mm, random);
+  const std::vector<bool> makes = makes_field(data.points);
+  EXPECT_EQ(std::ranges::count(makes, true), std::ssize(makes) * 2 / 3);
+  EXPECT_EQ(std::count(makes.begin(), makes.begin() + 300, true), 200) << "spread evenly";
 }
 
 }  // namespace
