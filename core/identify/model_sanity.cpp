@@ -157,6 +157,9 @@ std::optional<Suspicion> gross_mistake(const Diagnosis& diagnosis, const RobotMo
   const Mistake unordered = unordered_rows(data.smr_names);
   auto explaining = diagnosis.explaining(alone(single), kAny);
   if (explaining.empty()) explaining = diagnosis.explaining({{unordered}}, kAny);
+  // Two mistakes at once put an arm far from its points.
+  if (explaining.empty() && diagnosis.as_given().explanation.coarse_mm < kFarthestError_mm)
+    return std::nullopt;
   if (explaining.empty()) explaining = diagnosis.explaining(pairs_of(mistakes), kAny);
   if (explaining.empty())
     explaining = diagnosis.explaining(each_with(closed_mistakes(nominal), unordered), kAny);
