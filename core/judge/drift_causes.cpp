@@ -21,15 +21,16 @@ bool usable(const CalibratedCell& cell, const Measurement& point) {
   return point.q.size() == cell.robot.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite();
 }
 
-}  // namespace
-
-namespace {
-
 /// Part of the arm's variance that all reflectors show alike at one stop: the rest turns the flange.
 constexpr double kSharedAtStop = 0.8;
 
-void add_what_stops_share(std::span<const Measurement> points, double repeatability_mm, Eigen::MatrixXd& S) {
-  const double shared = kSharedAtStop * repeatability_mm * repeatability_mm;
+/// Where the tracker's noise is known: else nothing says which part of all is the arm's.
+void add_what_stops_share(std::span<const Measurement> points, const MeasurementNoise& noise,
+                          Eigen::MatrixXd& S) {
+  const TrackerNoiseModel& tracker = noise.tracker;
+  if (tracker.range_mm + tracker.range_mm_per_m + tracker.transverse_mm + tracker.transverse_mm_per_m <= 0)
+    return;
+  const double shared = kSharedAtStop * noise.repeatability_mm * noise.repeatability_mm;
   for (const std::vector<std::size_t>& stop : stops_of(points))
     for (const std::size_t i : stop)
       for (const std::size_t j : stop)
@@ -59,7 +60,7 @@ std::expected<DriftResiduals, std::string> drift_residuals(const DriftReference&
     S.block<3, 3>(row, row) += point_covariance(point, reference.noise);
     row += 3;
   }
-  add_what_stops_share(points, reference.noise.repeatability_mm, S);
+  add_what_stops_share(points, reference.noise, S);
   const CholeskyFactor factor(S);
   if (!factor.succeeded())
     return std::unexpected("the noise of a point must be above 0 and the model's covariance not negative");
