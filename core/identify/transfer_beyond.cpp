@@ -14,6 +14,7 @@ namespace {
 constexpr double kUsualNoise_mm = 0.03;  // of a coordinate: what trackers read by and arms come back by
 constexpr double kLessKnown = 2;         // times the variance of those measured
 constexpr int kPosesElsewhere = 200;
+constexpr double kChance = 2;  // standard deviations that what is left may be more by chance
 
 /// Trace of what the parameters and the residual field leave open of a position, mm^2.
 double open_mm2(const Calibration& result, const JointVector& q, int smr, Approach approach = {}) {
@@ -61,12 +62,11 @@ double beyond_prediction(const Calibration& result, const MeasurementData& data,
 }  // namespace
 
 double misfit_mm(const Identification& id) {
-  constexpr double kBeyondChance = 2;  // standard deviations
   const double left_mm = id.uncertainty.sigma0_mm;
   const bool is_stated = id.points.stated_sigma_mm() > 0;
   const double noise_mm = is_stated ? id.points.stated_sigma_mm() : kUsualNoise_mm;
   const double degrees = std::max(1.0, id.points.equations() - id.uncertainty.determined);
-  const double by_chance = noise_mm * noise_mm * kBeyondChance * std::sqrt(2 / degrees);
+  const double by_chance = noise_mm * noise_mm * kChance * std::sqrt(2 / degrees);
   const double beyond2 = left_mm * left_mm - by_chance;
   if (!is_stated) return std::sqrt(std::max(0.0, beyond2 - noise_mm * noise_mm));
   return beyond_noise_mm({id.points.whitening(), noise_mm}, std::sqrt(std::max(0.0, beyond2)));
