@@ -106,6 +106,15 @@ TEST_F(Compensate, ALineThroughTheSingularityStaysWithinTheBoundAndIsDrawn) {
   EXPECT_EQ(page.select_nodes("//*[local-name()='svg']").size(), 4U);
 }
 
+TEST_F(Compensate, KeepsTheReflectorOfTheModelExactNextToTheSingularity) {
+  const json::object made = document({"--joints", file(std::string{kJoints} + kSingularRow)});
+  ASSERT_GT(number(made, "residual_deg"), 0.1);
+  const Eigen::Vector3d& p_F_mm = model_.cell.reflectors.front().p_FS_mm;
+  const Eigen::Vector3d wanted_mm = forward_kinematics(nominal_, nominal_joints(kSingularRow)) * p_F_mm;
+  const Eigen::Vector3d stands_mm = forward_kinematics(model_.cell.robot, joints(made, 0)) * p_F_mm;
+  EXPECT_LT((stands_mm - wanted_mm).norm(), 1e-6);
+}
+
 TEST_F(Compensate, CountsTheRowsThatGiveUpOrientationAndEndsWith1) {
   const std::filesystem::path out = folder_.path() / "joints.csv";
   const Finished line = compensate({"--joints", file(line_through_the_singularity()), "--out", out});

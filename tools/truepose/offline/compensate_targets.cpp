@@ -250,6 +250,7 @@ class Targets {
         form_(form),
         by_status_(by_status),
         X_FT_(tool_.value_or(Tool{}).X_told),
+        exact_F_mm_(exact_point(model)),
         position_only_(options.position_only || form == TargetForm::Positions),
         inverse_(nominal, near_of(options.near, nominal)),
         compensation_(nominal, with_tool(model.cell.robot, tool_.value_or(Tool{}).X_FT, X_FT_),
@@ -272,6 +273,12 @@ class Targets {
   }
 
  private:
+  /// What stays exact where position and orientation cannot both: the TCP, or what the model was measured
+  /// with.
+  Eigen::Vector3d exact_point(const config::ModelFile& model) const {
+    if (tool_ || model.cell.reflectors.empty()) return X_FT_.translation();
+    return model.cell.reflectors.front().p_FS_mm;
+  }
   Eigen::Vector3d p_F_mm() const { return X_FT_.translation(); }
   Eigen::Isometry3d flange(const Target& target) const { return target.X * X_FT_.inverse(); }
 
@@ -289,8 +296,8 @@ class Targets {
           of_joints ? Eigen::Vector3d(forward_kinematics(nominal_, q) * p_F_mm()) : target.X.translation();
       return compensation_.at_position(p_B_mm, q, p_F_mm());
     }
-    if (form_ == TargetForm::Joints) return compensation_.at_joints(q, p_F_mm());
-    return compensation_.at_pose(flange(target), q, p_F_mm());
+    if (form_ == TargetForm::Joints) return compensation_.at_joints(q, exact_F_mm_);
+    return compensation_.at_pose(flange(target), q, exact_F_mm_);
   }
 
   const RobotModel& nominal_;
@@ -301,6 +308,7 @@ class Targets {
   TargetForm form_;
   bool by_status_;
   Eigen::Isometry3d X_FT_;
+  Eigen::Vector3d exact_F_mm_;
   bool position_only_;
   NominalInverse inverse_;
   TargetCompensation compensation_;
