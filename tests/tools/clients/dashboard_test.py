@@ -128,7 +128,7 @@ class Dashboard(unittest.TestCase):
 
     def commands(self):
         """What the page has buttons for, of what the cell allows."""
-        named = json.loads(self.page.value("JSON.stringify(Object.keys(kCommands))"))
+        named = json.loads(self.page.value("JSON.stringify(Object.keys(kCommands))") or "[]")  # while it loads
         return sorted(method for method in self.status()["allowed"] if method in named)
 
     def test_has_a_button_for_what_an_operator_may_do_and_none_for_who_may_not(self):
