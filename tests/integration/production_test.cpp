@@ -128,13 +128,14 @@ TEST_F(AProductionProgram, GoesOnCorrectedBehindAnEmergencyStopAndADaemonThatWas
   select();
   wait_until("active");
   wait_for_points(2);
-  cell->steer({{"kind", "emergency-stop"}, {"lasts_ms", 3'000'000}});  // of scaled time
+  cell->steer({{"kind", "emergency-stop"}});  // until it is released
   wait_until("stopped");
   cell->daemon().send(SIGKILL);
   cell->daemon().wait();
   lose_state_server();
   cell->start_daemon();
   wait_for_emergency_stop(true);
+  cell->steer({{"kind", "emergency-stop"}, {"lasts_ms", 1000}});
   wait_for_emergency_stop(false);
   wait_until("ended");
   const json::value rsi = cell->simulated().at("rsi");
