@@ -59,8 +59,8 @@ void convert_from_a_row_on(const ReflectorNames& names, double mm, bool later, C
       later ? Points(rows.begin(), rows.begin() + third) : Points(rows.end() - third, rows.end());
   const CalibratedCell cell = placement(given.arm, names, right);
   const Points other = converted(rows, mm);
-  const std::vector<double> as_given = misses(cell, rows), mended = misses(cell, other);
-  const std::size_t row = later ? change_between(as_given, mended) : change_between(mended, as_given);
+  const std::vector<double> as_given = misses(cell, rows), in_mm = misses(cell, other);
+  const std::size_t row = later ? change_between(as_given, in_mm) : change_between(in_mm, as_given);
   if (!is_inside(row, rows)) return;
   given.from_row = rows[row].row;
   const auto at = static_cast<std::ptrdiff_t>(row);

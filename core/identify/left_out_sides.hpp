@@ -6,12 +6,12 @@
 
 namespace truepose {
 
-/// How many times farther points are than a fit predicts them from others that lie on one side of them: of each
-/// joint, the points of its lowest and of its highest third are predicted from all others.
+/// How many times farther points are than a fit predicts them from others that lie on one side of them: of
+/// each joint, the points of its lowest and of its highest third are predicted from all others.
 ///
-/// A model that describes the arm gives 1. One that does not is, where nothing was measured, worse by about as
-/// much as here: what it leaves is no noise, which is the same everywhere.
-/// @param system  of the points in order at the solution, then what is known beside them
+/// A model that describes the arm gives 1. One that does not is, where nothing was measured, worse by about
+/// as much as here: what it leaves is no noise, which is the same everywhere.
+/// @param system  of the points in order at the solution, then what else is known of the parameters
 /// @return at least 1; 1 where the others do not determine the fit
 double left_out_sides_factor(std::span<const Measurement> points, const LinearSystem& system);
 

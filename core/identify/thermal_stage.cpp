@@ -212,7 +212,7 @@ double warmest(const MeasurementData& data) {
   return most < kWarmThrough ? most : 1;
 }
 
-/// By the shortest time constant that explains the points as well as any does, as far as chance tells: an arm
+/// By the shortest time constant that explains the points as well as any does but for chance: an arm
 /// that is not yet warm through has to show it.
 Warmed by_clock(const ThermalBasis& basis, const MeasurementData& data, const System& system) {
   std::vector<Warmed> all;

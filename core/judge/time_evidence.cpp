@@ -19,7 +19,7 @@ Eigen::MatrixXd span_of(const Eigen::MatrixXd& A) {
   return svd.U.leftCols((svd.s.array() > kRankTolerance * svd.s[0]).count());
 }
 
-/// Rows of a stop's points as their mean, times the root of their number, and what is beside it: where the
+/// Rows of a stop's points as their mean, times the root of their number, and their differences: where the
 /// arm stands a little off, all points of the stop show it alike, and so in the mean alone. Source: Helmert's
 /// transformation, which is orthogonal.
 ///

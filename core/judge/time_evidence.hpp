@@ -11,7 +11,7 @@
 namespace truepose {
 
 /// What points say beside the identified parameters, in standard deviations where the noise is known. Of a
-/// stop that several reflectors show the rows are their mean and what is beside it, in place of the points.
+/// stop that several reflectors show the rows are their mean and their differences, in place of the points.
 struct TimeEvidence {
   Eigen::MatrixXd moves;  ///< derivatives to all parameters, mm at each point
   Eigen::MatrixXd J;      ///< the same, whitened

@@ -460,11 +460,11 @@ TEST(VerdictOnUnsoundCampaigns, IsNeverGreenOfABadModelAndNamesTheReason) {
       amber += !made.refused && made.verdict.color() == VerdictColor::Amber && made.verdict.failed();
       advised += !made.refused && made.verdict.color() == VerdictColor::Amber && !made.verdict.failed();
       green += is_green;
-      const double told =
+      const double said_mm =
           made.refused ? 0
                        : std::max(made.calibration.transfer.rms_mm,
                                   made.calibration.validate ? made.calibration.validate->after.rms : 0);
-      const bool is_bad = !made.refused && made.true_rms_mm > 2 * told && made.true_rms_mm > 0.1;
+      const bool is_bad = !made.refused && made.true_rms_mm > 2 * said_mm && made.true_rms_mm > 0.1;
       bad += is_bad && is_green;
       bad_passed += is_bad && !made.verdict.failed();
       // A model that is as good as it says does no harm.
