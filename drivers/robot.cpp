@@ -15,7 +15,7 @@ std::string not_ready_text(const std::string& why_not_ready) {
        {"the robot program is not running", "start truepose_motion on the pendant"}}};
   for (const auto& [why, way_out] : kWaysOut)
     if (why_not_ready == why) return "robot: " + why_not_ready + ": " + std::string{way_out};
-  return "robot: " + why_not_ready;
+  return "robot: " + why_not_ready + ": put that right on the pendant, and start truepose_motion there";
 }
 
 }  // namespace truepose::drivers

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <boost/asio/awaitable.hpp>
 #include <chrono>
 #include <expected>
@@ -20,6 +21,10 @@ enum class RobotFault {
   Aborted,       ///< accepted, then stopped before it was done
   NotReady,      ///< drives off, wrong mode, emergency stop
 };
+
+inline constexpr std::array kRobotFaults{
+    RobotFault::Unreachable, RobotFault::Timeout, RobotFault::Disconnected, RobotFault::Protocol,
+    RobotFault::Refused,     RobotFault::Aborted, RobotFault::NotReady};
 
 /// Whether the connection has to be made anew.
 constexpr bool is_lost(RobotFault fault) {

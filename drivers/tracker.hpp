@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <boost/asio/awaitable.hpp>
 #include <expected>
 #include <string>
@@ -20,6 +21,11 @@ enum class TrackerFault {
   Busy,
   Refused,
 };
+
+inline constexpr std::array kTrackerFaults{
+    TrackerFault::Unreachable, TrackerFault::Timeout,  TrackerFault::Disconnected,
+    TrackerFault::Protocol,    TrackerFault::NotReady, TrackerFault::NoTarget,
+    TrackerFault::BeamBroken,  TrackerFault::Busy,     TrackerFault::Refused};
 
 /// Whether the connection has to be made anew.
 constexpr bool is_lost(TrackerFault fault) {

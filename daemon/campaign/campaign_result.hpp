@@ -233,6 +233,7 @@ struct CampaignError {
   CampaignFault fault;
   std::string detail;        ///< one sentence for the operator
   bool interrupted = false;  ///< it may go on later
+  std::string what_to_do{};  ///< about the cause; empty: the detail ends with it
 };
 
 inline CampaignError store_failed(const StoreError& error) { return {CampaignFault::Store, error.detail}; }

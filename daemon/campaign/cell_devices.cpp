@@ -11,6 +11,7 @@
 #include "core/math/angles.hpp"
 #include "core/plan/tour.hpp"
 #include "daemon/campaign/mean_reading.hpp"
+#include "daemon/campaign/way_out.hpp"
 
 namespace truepose::daemon {
 
@@ -35,43 +36,39 @@ constexpr Duration kBetweenLooks = 200ms;
 
 std::string mm(double value) { return formatted("%.2f mm", value); }
 
-/// What to do about a robot's error.
-DeviceError robot_error(const drivers::RobotError& error) {
+Remedy remedy_of(drivers::RobotFault fault) {
   using drivers::RobotFault;
-  const std::string detail = "robot: " + error.detail;
-  switch (error.fault) {
+  switch (fault) {
     case RobotFault::Refused:
     case RobotFault::Aborted:
-      return {Remedy::Retry, detail};
+      return Remedy::Retry;
     case RobotFault::NotReady:
-      return {Remedy::WaitForRobot, detail};
+      return Remedy::WaitForRobot;
     case RobotFault::Unreachable:
     case RobotFault::Timeout:
     case RobotFault::Disconnected:
     case RobotFault::Protocol:
-      return {Remedy::ReconnectRobot, detail};
+      return Remedy::ReconnectRobot;
   }
-  return {Remedy::ReconnectRobot, detail};
+  return Remedy::ReconnectRobot;
 }
 
-DeviceError tracker_error(const drivers::TrackerError& error) {
+Remedy remedy_of(drivers::TrackerFault fault) {
   using drivers::TrackerFault;
-  const std::string detail = "tracker: " + error.detail;
-  switch (error.fault) {
+  switch (fault) {
     case TrackerFault::NoTarget:
     case TrackerFault::BeamBroken:
-      return {Remedy::Retry, detail, true};
     case TrackerFault::Busy:
     case TrackerFault::Refused:
-      return {Remedy::Retry, detail};
+      return Remedy::Retry;
     case TrackerFault::NotReady:
     case TrackerFault::Unreachable:
     case TrackerFault::Timeout:
     case TrackerFault::Disconnected:
     case TrackerFault::Protocol:
-      return {Remedy::ReconnectTracker, detail};
+      return Remedy::ReconnectTracker;
   }
-  return {Remedy::ReconnectTracker, detail};
+  return Remedy::ReconnectTracker;
 }
 
 /// Each joint alone a little to the side where it has more room, and back.
@@ -88,6 +85,20 @@ std::vector<JointVector> small_motions(const RobotModel& robot, const JointVecto
 }
 
 }  // namespace
+
+DeviceError device_error(const drivers::RobotError& error) {
+  return {.remedy = remedy_of(error.fault),
+          .detail = "robot: " + error.detail,
+          .what_to_do = way_out(error.fault)};
+}
+
+DeviceError device_error(const drivers::TrackerError& error, const config::TrackerConfig& tracker) {
+  using drivers::TrackerFault;
+  return {.remedy = remedy_of(error.fault),
+          .detail = "tracker: " + error.detail,
+          .beam_lost = error.fault == TrackerFault::NoTarget || error.fault == TrackerFault::BeamBroken,
+          .what_to_do = way_out(error.fault, tracker)};
+}
 
 CellDevices::CellDevices(const config::CellConfig& config, CampaignDevices devices, OnTrouble on_trouble,
                          OnWaiting on_waiting)
@@ -162,7 +173,10 @@ CellDevices::Outcome<void> CellDevices::mend(Remedy remedy) {
 asio::awaitable<DeviceError> CellDevices::explained(DeviceError error) {
   const TimePoint deadline = clock_.now() + kAnswer;
   auto seen = co_await robot_.look(deadline);
-  if (seen && !seen->ready) error.detail = drivers::not_ready_text(seen->why_not_ready);
+  if (seen && !seen->ready) {
+    error.detail = drivers::not_ready_text(seen->why_not_ready);
+    error.what_to_do.clear();
+  }
   co_return error;
 }
 
@@ -171,12 +185,12 @@ CellDevices::Outcome<drivers::RobotIdentity> CellDevices::connect_robot(ArmProof
   const TimePoint deadline = clock_.now() + kRobotConnect;
   auto identity = co_await robot_.connect(deadline);
   if (!identity) {
-    auto error = co_await explained(robot_error(identity.error()));
+    auto error = co_await explained(device_error(identity.error()));
     co_return std::unexpected(std::move(error));
   }
   const TimePoint answer = clock_.now() + kAnswer;
   auto state = co_await robot_.state(answer);
-  if (!state) co_return std::unexpected(robot_error(state.error()));
+  if (!state) co_return std::unexpected(device_error(state.error()));
   const ControllerPose here{state->q, state->X_BF_reported};
   const bool later = proof == ArmProof::ByMotion && is_undecided(config_.robot, {&here, 1});
   const auto checked =
@@ -189,7 +203,7 @@ CellDevices::Outcome<drivers::TrackerIdentity> CellDevices::connect_tracker() {
   tracker_.disconnect();
   const TimePoint deadline = clock_.now() + kTrackerConnect;
   auto identity = co_await tracker_.connect(deadline);
-  if (!identity) co_return std::unexpected(tracker_error(identity.error()));
+  if (!identity) co_return std::unexpected(device_error(identity.error(), config_.tracker));
   co_return *std::move(identity);
 }
 
@@ -197,7 +211,7 @@ CellDevices::Outcome<void> CellDevices::wait_for_robot() {
   for (std::string told;;) {
     const TimePoint deadline = clock_.now() + kAnswer;
     auto state = co_await robot_.state(deadline);
-    if (!state) co_return std::unexpected(robot_error(state.error()));
+    if (!state) co_return std::unexpected(device_error(state.error()));
     if (state->ready) co_return std::expected<void, DeviceError>{};
     await(CellDevice::Controller, drivers::not_ready_text(state->why_not_ready));
     if (told != state->why_not_ready) on_trouble_("robot: not ready, waiting: " + state->why_not_ready);
@@ -210,7 +224,7 @@ CellDevices::Outcome<void> CellDevices::wait_for_robot() {
 CellDevices::Outcome<JointVector> CellDevices::position() {
   const TimePoint deadline = clock_.now() + kAnswer;
   auto state = co_await robot_.state(deadline);
-  if (!state) co_return std::unexpected(robot_error(state.error()));
+  if (!state) co_return std::unexpected(device_error(state.error()));
   co_return state->q;
 }
 
@@ -221,7 +235,7 @@ CellDevices::Outcome<JointVector> CellDevices::standstill() {
     if (looks > 0) co_await clock_.sleep_until(next);
     const TimePoint deadline = clock_.now() + kAnswer;
     auto state = co_await robot_.look(deadline);
-    if (!state) co_return std::unexpected(robot_error(state.error()));
+    if (!state) co_return std::unexpected(device_error(state.error()));
     await(CellDevice::Controller, {});
     if (looks == 0) q = state->q;
     if (state->moving || !has_stayed(state->q, q))
@@ -238,7 +252,7 @@ bool CellDevices::has_stayed(const JointVector& q, const JointVector& before) {
 CellDevices::Outcome<drivers::RobotState> CellDevices::ready_state() {
   const TimePoint answer = clock_.now() + kAnswer;
   auto state = co_await robot_.state(answer);
-  if (!state) co_return std::unexpected(robot_error(state.error()));
+  if (!state) co_return std::unexpected(device_error(state.error()));
   if (!state->ready)
     co_return std::unexpected(
         DeviceError{Remedy::WaitForRobot, drivers::not_ready_text(state->why_not_ready)});
@@ -259,7 +273,7 @@ CellDevices::Outcome<JointVector> CellDevices::drive(JointVector q) {
   const TimePoint deadline =
       clock_.now() + std::chrono::duration_cast<Duration>(travel) + command.settle + kMoveReserve;
   auto reached = co_await robot_.move(command, deadline);
-  if (!reached) co_return std::unexpected(robot_error(reached.error()));
+  if (!reached) co_return std::unexpected(device_error(reached.error()));
   co_return *std::move(reached);
 }
 
@@ -267,7 +281,7 @@ CellDevices::Outcome<JointVector> CellDevices::drive(JointVector q) {
 CellDevices::Outcome<ControllerPose> CellDevices::pose_at(JointVector q) {
   const TimePoint answer = clock_.now() + kAnswer;
   auto state = co_await robot_.state(answer);
-  if (!state) co_return std::unexpected(robot_error(state.error()));
+  if (!state) co_return std::unexpected(device_error(state.error()));
   Eigen::Index worst = 0;
   const double off = (state->q - q).cwiseAbs().maxCoeff(&worst);
   // Written so that a NaN is refused as well.
@@ -307,7 +321,7 @@ CellDevices::Outcome<void> CellDevices::prove_arm() {
 CellDevices::Outcome<CellDevices::Sighted> CellDevices::measure(Sight sight) {
   const TimePoint aimed_by = clock_.now() + kAim;
   auto aimed = co_await tracker_.aim(sight.p_W_mm, sight.search_mm, aimed_by);
-  if (!aimed) co_return std::unexpected(tracker_error(aimed.error()));
+  if (!aimed) co_return std::unexpected(device_error(aimed.error(), config_.tracker));
   auto point = co_await readings(sight.readings);
   if (!point) co_return std::unexpected(point.error());
   Sighted sighted{*point, {}};
@@ -354,14 +368,14 @@ CellDevices::Outcome<drivers::SmrPoint> CellDevices::reading(int times) {
   tracker_.average_over(time);
   const TimePoint measured_by = clock_.now() + time + kMeasureReserve;
   auto point = co_await tracker_.measure(measured_by);
-  if (!point) co_return std::unexpected(tracker_error(point.error()));
+  if (!point) co_return std::unexpected(device_error(point.error(), config_.tracker));
   co_return *point;
 }
 
 CellDevices::Outcome<void> CellDevices::turn_over() {
   const TimePoint turned_by = clock_.now() + kAim;
   auto turned = co_await tracker_.turn_over(turned_by);
-  if (!turned) co_return std::unexpected(tracker_error(turned.error()));
+  if (!turned) co_return std::unexpected(device_error(turned.error(), config_.tracker));
   co_return std::expected<void, DeviceError>{};
 }
 
@@ -386,7 +400,7 @@ std::expected<void, DeviceError> CellDevices::check_scatter(const drivers::SmrPo
 CellDevices::Outcome<void> CellDevices::stop() {
   const TimePoint deadline = clock_.now() + kAnswer;
   auto stopped = co_await robot_.stop(deadline);
-  if (!stopped) co_return std::unexpected(robot_error(stopped.error()));
+  if (!stopped) co_return std::unexpected(device_error(stopped.error()));
   co_return std::expected<void, DeviceError>{};
 }
 

@@ -31,6 +31,10 @@ struct Identities {
   drivers::TrackerIdentity tracker;
 };
 
+/// A driver's error with its device, its remedy and its way out.
+DeviceError device_error(const drivers::RobotError& error);
+DeviceError device_error(const drivers::TrackerError& error, const config::TrackerConfig& tracker);
+
 /// What of the cell a campaign uses, beside that the controller tells where the arm stands.
 struct CampaignNeeds {
   bool moving_arm = true;  ///< else it stands, or somebody jogs it

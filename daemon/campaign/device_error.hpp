@@ -15,8 +15,9 @@ enum class Remedy {
 
 struct DeviceError {
   Remedy remedy;
-  std::string detail;      ///< one sentence for the operator
-  bool beam_lost = false;  ///< no reflector was seen, or not to the end
+  std::string detail;        ///< one sentence for the operator
+  bool beam_lost = false;    ///< no reflector was seen, or not to the end
+  std::string what_to_do{};  ///< about the cause; empty: the detail ends with it
 };
 
 }  // namespace truepose::daemon

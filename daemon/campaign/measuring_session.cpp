@@ -18,7 +18,9 @@ using Done = std::expected<void, CampaignError>;
 
 /// A device's error that ends the campaign.
 CampaignError fatal(const DeviceError& error) {
-  return {error.remedy == Remedy::WrongArm ? CampaignFault::WrongArm : CampaignFault::Device, error.detail};
+  return {.fault = error.remedy == Remedy::WrongArm ? CampaignFault::WrongArm : CampaignFault::Device,
+          .detail = error.detail,
+          .what_to_do = error.what_to_do};
 }
 
 /// What the tracker tells of it.
@@ -262,7 +264,8 @@ bool MeasuringSession::pause_for_losses(const MeasuringTarget& target, const Dev
                       " last: " + error.detail + "; " +
                       (error.beam_lost ? "see that nobody is in the cell and that nothing stands between "
                                          "tracker and reflector"
-                                       : "mend that") +
+                       : error.what_to_do.empty() ? "remove the cause"
+                                                  : error.what_to_do) +
                       ", then resume the campaign");
   tell_progress();
   return true;

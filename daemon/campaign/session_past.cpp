@@ -33,8 +33,10 @@ std::optional<CampaignError> MeasuringSession::other_arm() const {
   if (!past_) return std::nullopt;
   const std::string &begun = past_->record.robot_serial, &here = result_->identities.robot.serial;
   if (begun.empty() || begun == here) return std::nullopt;
-  return CampaignError{CampaignFault::WrongArm, "another arm: the campaign was begun with serial number " +
-                                                    begun + ", the controller says " + here};
+  return CampaignError{.fault = CampaignFault::WrongArm,
+                       .detail = "another arm: the campaign was begun with serial number " + begun +
+                                 ", the controller says " + here,
+                       .what_to_do = "connect the arm of the campaign, or abort it"};
 }
 
 Eigen::Vector3d MeasuringSession::now(const Eigen::Vector3d& p_mm) const {

@@ -132,14 +132,14 @@ asio::awaitable<void> CampaignService::close(Run& run, std::optional<CampaignErr
   if (of_the_store && !run.journal.begun()) {
     runner_.apply(CampaignEnded{devices_.connected()}, reason);
   } else if (of_the_store) {
-    runner_.apply(StoreFailed{"store: " + error->detail}, reason);
+    runner_.apply(StoreFailed{{"store: " + error->detail}}, reason);
   } else {
     // One that is aborted may not have connected its devices yet, or cut a call to them short.
     const bool aborted = error && error->fault == CampaignFault::Aborted;
     bool connected = run.campaign.needs().tracker || devices_.connected();
     if (aborted) connected = stopping_ ? devices_.connected() : co_await devices_.connect_again();
     runner_.apply(CampaignEnded{lost || connected}, reason);
-    if (lost) runner_.apply(DeviceLost{error->detail}, reason);
+    if (lost) runner_.apply(DeviceLost{{error->detail, error->what_to_do}}, reason);
   }
   // Last: who waits for the end may command the cell at once.
   parts_.events.publish(control::Topic::Campaign, progress_json());

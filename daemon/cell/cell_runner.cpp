@@ -161,6 +161,13 @@ std::string CellRunner::reason() const {
   return wait && !in<Paused>() ? waiting_for(*wait) : reason_;
 }
 
+std::string CellRunner::next() const {
+  const bool other_fault = std::ranges::any_of(
+      kRuledOut, [this](const RuledOut& by_fault) { return faults_.stands(by_fault.fault); });
+  if (other_fault && in<Faulted>() == nullptr) return "Remove the cause of the fault, then acknowledge it.";
+  return next_step(state_);
+}
+
 void CellRunner::tell(const CellState& before, const std::string& reason, const std::string& by) {
   const bool fault = in<Faulted>() != nullptr;
   reason_ = fault ? in<Faulted>()->reason : reason;

@@ -114,6 +114,10 @@ class CellRunner {
   bool armed() const { return in<Armed>() || in<Disarming>(); }
   /// Whether corrections are sent, or would be to whoever asked for them.
   bool corrects() const { return streaming() || armed(); }
+  /// The text of the fault that the cell is in, or another where it is in none.
+  std::string fault_or(const std::string& other) const {
+    return in<Faulted>() != nullptr ? in<Faulted>()->reason : other;
+  }
   /// What the fault that the cell is in has ended was a stream.
   bool faulted_in_stream() const { return in<Faulted>() != nullptr && faulted_in_stream_; }
   control::RpcError wrong_state(std::string why, std::vector<std::string> allowed) const;
@@ -125,6 +129,8 @@ class CellRunner {
   bool rules_out(const char* fault, std::string_view method) const;
   /// One sentence: why the cell is in its state, or for which device it waits, how long already and why.
   std::string reason() const;
+  /// What an operator does next, in one sentence.
+  std::string next() const;
   /// {"device","since","reason"} of a device that is waited for, or null.
   boost::json::value waiting_json() const;
   bool waits() const { return waiting(state_).has_value(); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 #include <utility>
 
 namespace truepose::daemon {
@@ -78,8 +79,19 @@ CellStep ended(const CampaignEnded& campaign) {
   return campaign.connected ? go(Ready{}) : go(Disconnected{}, {CellCommand::CloseDevices});
 }
 
-CellStep fault(std::string reason, std::vector<CellCommand> commands) {
-  return go(Faulted{std::move(reason)}, std::move(commands));
+/// What follows once the cause of a fault is gone.
+template <typename State>
+const char* way_back(const State&) {
+  if constexpr (std::is_same_v<State, StreamStarting> || std::is_same_v<State, Streaming>)
+    return "acknowledge the fault, connect and start the stream";
+  if constexpr (std::is_same_v<State, Armed>) return "acknowledge the fault and arm the stream";
+  return "acknowledge the fault and connect";
+}
+
+/// The one way into that state, which is why each of its texts ends with the way out of it.
+template <typename State>
+CellStep fault(const State& from, const FaultText& text, std::vector<CellCommand> commands) {
+  return go(Faulted{sentence(text, way_back(from))}, std::move(commands));
 }
 
 /// What each state does with the requests that it carries out; the others are refused.
@@ -152,6 +164,13 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
       state, event);
 }
 
+std::string seconds(std::chrono::seconds time) { return std::to_string(time.count()) + " s"; }
+
+FaultText not_ramped_out(const CellLimits& limits) {
+  return {"the correction was not ramped out in " + seconds(limits.stream_stopping),
+          "end the robot program on the pendant"};
+}
+
 /// States that pass by themselves, when they do not, and what is waited for in vain.
 CellStep on_tick(const CellState& state, const Tick& tick, TimePoint now, const CellLimits& limits) {
   using C = CellCommand;
@@ -159,23 +178,26 @@ CellStep on_tick(const CellState& state, const Tick& tick, TimePoint now, const 
   if (!due || now < *due) return go(state);
   return std::visit(
       Overloaded{
-          [](const Connecting&) { return fault("the devices did not connect in time", {C::CloseDevices}); },
+          [&](const Connecting& s) {
+            const FaultText text{"robot and tracker did not connect in " + seconds(limits.connecting),
+                                 "look at both and at their cables"};
+            return fault(s, text, {C::CloseDevices});
+          },
           [](const Running& s) {
             return go(Paused{s.campaign_id, s.waiting, true}, {C::PauseCampaign});
           },
-          [](const Aborting&) {
-            return fault("the campaign did not end in time after its abort", {C::CloseDevices});
+          [&](const Aborting& s) {
+            const FaultText text{
+                "the campaign did not end in " + seconds(limits.aborting) + " after its abort",
+                "look whether the arm stands, and at robot and tracker"};
+            return fault(s, text, {C::CloseDevices});
           },
-          [&](const StreamStarting&) {
-            return fault("no RSI packet could be answered: " + tick.no_packet_answered,
+          [&](const StreamStarting& s) {
+            return fault(s, {"no RSI packet could be answered: " + tick.no_packet_answered},
                          {C::StopStream, C::CloseDevices});
           },
-          [](const StreamStopping&) {
-            return fault("the correction was not ramped out in time", {C::CloseDevices});
-          },
-          [](const Disarming&) {
-            return fault("the correction was not ramped out in time", {C::CloseDevices});
-          },
+          [&](const StreamStopping& s) { return fault(s, not_ramped_out(limits), {C::CloseDevices}); },
+          [&](const Disarming& s) { return fault(s, not_ramped_out(limits), {C::CloseDevices}); },
           [](const auto& s) { return go(s); },
       },
       state);
@@ -187,19 +209,19 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
   return std::visit(
       Overloaded{
           // What goes on without the store does.
-          [](const Running&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}); },
-          [](const Paused&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}); },
-          [](const Aborting&, const StoreFailed& e) { return fault(e.reason, {C::CloseDevices}); },
+          [](const Running& s, const StoreFailed& e) { return fault(s, e.fault, {C::CloseDevices}); },
+          [](const Paused& s, const StoreFailed& e) { return fault(s, e.fault, {C::CloseDevices}); },
+          [](const Aborting& s, const StoreFailed& e) { return fault(s, e.fault, {C::CloseDevices}); },
 
           [](const Connecting&, const DevicesConnected&) { return go(Ready{}); },
-          [](const Connecting&, const ConnectFailed& e) { return fault(e.reason, {C::CloseDevices}); },
+          [](const Connecting& s, const ConnectFailed& e) { return fault(s, e.fault, {C::CloseDevices}); },
           // A campaign deals with lost devices itself and says so when it cannot.
-          [](const Ready&, const DeviceLost& e) { return fault(e.reason, {C::CloseDevices}); },
-          [](const StreamStarting&, const DeviceLost& e) {
-            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          [](const Ready& s, const DeviceLost& e) { return fault(s, e.fault, {C::CloseDevices}); },
+          [](const StreamStarting& s, const DeviceLost& e) {
+            return fault(s, e.fault, {C::StopStream, C::CloseDevices});
           },
-          [](const Streaming&, const DeviceLost& e) {
-            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          [](const Streaming& s, const DeviceLost& e) {
+            return fault(s, e.fault, {C::StopStream, C::CloseDevices});
           },
 
           [&]<HeldUp State>(const State& s, const DeviceAwaited& e) { return held_up(s, e, now); },
@@ -221,18 +243,20 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
           [](const StreamStarting&, const StreamEnded&) { return go(Ready{}); },
           [](const Streaming&, const StreamEnded&) { return go(Ready{}); },
           [](const StreamStopping&, const StreamEnded&) { return go(Ready{}); },
-          [](const StreamStarting&, const StreamFaulted& e) {
-            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          [](const StreamStarting& s, const StreamFaulted& e) {
+            return fault(s, e.fault, {C::StopStream, C::CloseDevices});
           },
-          [](const Streaming&, const StreamFaulted& e) {
-            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          [](const Streaming& s, const StreamFaulted& e) {
+            return fault(s, e.fault, {C::StopStream, C::CloseDevices});
           },
-          [](const StreamStopping&, const StreamFaulted& e) { return fault(e.reason, {C::CloseDevices}); },
+          [](const StreamStopping& s, const StreamFaulted& e) {
+            return fault(s, e.fault, {C::CloseDevices});
+          },
           [](const Disarming&, const StreamEnded&) { return go(Disconnected{}, {C::CloseDevices}); },
-          [](const Armed&, const StreamFaulted& e) {
-            return fault(e.reason, {C::StopStream, C::CloseDevices});
+          [](const Armed& s, const StreamFaulted& e) {
+            return fault(s, e.fault, {C::StopStream, C::CloseDevices});
           },
-          [](const Disarming&, const StreamFaulted& e) { return fault(e.reason, {C::CloseDevices}); },
+          [](const Disarming& s, const StreamFaulted& e) { return fault(s, e.fault, {C::CloseDevices}); },
 
           [](const auto& s, const auto&) { return go(s); },
       },
@@ -257,6 +281,38 @@ std::string_view state_name(const CellState& state) {
                         [](const Faulted&) { return std::string_view{"fault"}; },
                     },
                     state);
+}
+
+std::string next_step(const CellState& state) {
+  constexpr const char* kRampedOut = "Wait until the correction is ramped out.";
+  const char* const step = std::visit(
+      Overloaded{
+          [](const Disconnected&) {
+            return "Connect robot and tracker, or start a campaign, which connects them.";
+          },
+          [](const Connecting&) { return "Wait until robot and tracker answer."; },
+          [](const Ready&) { return "Start a campaign, or with an active model the stream."; },
+          [](const Running& s) {
+            return s.waiting ? "Wait, or remove the cause: the campaign resumes once the device answers."
+                             : "Keep out of the cell: the arm moves by itself.";
+          },
+          [](const Paused& s) {
+            return s.goes_on ? "Remove the cause: the campaign resumes once the device answers. Or abort it."
+                             : "Do what the state says, then resume the campaign, or abort it.";
+          },
+          [](const Aborting&) { return "Wait until the campaign has ended."; },
+          [](const StreamStarting&) { return "Wait until the controller's packets are answered."; },
+          [](const Streaming& s) {
+            return s.waiting ? "Wait, or remove the cause: the stream resumes once packets come."
+                             : "Keep out of the cell: the robot program runs, and is corrected.";
+          },
+          [&](const StreamStopping&) { return kRampedOut; },
+          [](const Armed&) { return "Start a program on the controller: what opens RSI is corrected."; },
+          [&](const Disarming&) { return kRampedOut; },
+          [](const Faulted&) { return "Follow the steps of the fault, one after the other."; },
+      },
+      state);
+  return step;
 }
 
 std::optional<Waiting> waiting(const CellState& state) {

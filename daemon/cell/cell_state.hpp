@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/campaign/cell_devices.hpp"
+#include "daemon/fault_text.hpp"
 
 namespace truepose::daemon {
 
@@ -71,9 +72,9 @@ struct Disarming {
   TimePoint since;
   bool operator==(const Disarming&) const = default;
 };
-/// Needs somebody: cleared by an acknowledgement.
+/// Cleared by an operator's acknowledgement.
 struct Faulted {
-  std::string reason;
+  std::string reason;  ///< what is wrong, and each step of the way back to what the cell did
   bool operator==(const Faulted&) const = default;
 };
 using CellState = std::variant<Disconnected, Connecting, Ready, Running, Paused, Aborting, StreamStarting,
@@ -89,6 +90,9 @@ inline constexpr std::array<std::string_view, 8> kStateNames{
 /// Which device the state waits for, and since when; none where it waits for none. Where several have to
 /// answer it is the one that was lost first.
 std::optional<Waiting> waiting(const CellState& state);
+
+/// What an operator does next, in one sentence.
+std::string next_step(const CellState& state);
 
 // Requests of operators.
 struct ConnectRequested {};
@@ -109,10 +113,10 @@ struct DisarmRequested {};
 // What the daemon found out.
 struct DevicesConnected {};
 struct ConnectFailed {
-  std::string reason;
+  FaultText fault;
 };
 struct DeviceLost {
-  std::string reason;
+  FaultText fault;
 };
 /// What is under way goes on once the device answers.
 struct DeviceAwaited {
@@ -130,11 +134,11 @@ struct StreamProgramStarted {};
 struct StreamStarted {};
 struct StreamEnded {};
 struct StreamFaulted {
-  std::string reason;
+  FaultText fault;
 };
 /// The store could not keep what a campaign has come to.
 struct StoreFailed {
-  std::string reason;
+  FaultText fault;
 };
 struct Tick {
   std::string no_packet_answered;  ///< why, where a stream is being started

@@ -1,5 +1,6 @@
 #include "daemon/cell/daemon_cell.hpp"
 
+#include <algorithm>
 #include <boost/asio/experimental/awaitable_operators.hpp>
 #include <utility>
 
@@ -110,16 +111,30 @@ DaemonCell::Snapshot DaemonCell::snapshot() const {
 
 json::object DaemonCell::status_json() const {
   json::array allowed;
-  for (const auto& methods : {runner_.allowed(), campaigns_.also_allowed()})
+  const std::vector<std::string> of_interrupted = campaigns_.also_allowed();
+  for (const auto& methods : {runner_.allowed(), of_interrupted})
     for (const std::string& method : methods)
       if (!runner_.rules_out(kStoreFault, method)) allowed.emplace_back(method);
-  return {{"cell", parts_.config.name},        {"state", runner_.name()},
-          {"state_text", runner_.reason()},    {"allowed", std::move(allowed)},
-          {"waiting", runner_.waiting_json()}, {"time", control::rfc3339(parts_.wall_clock())},
-          {"robot", devices_.robot_json()},    {"tracker", devices_.tracker_json()},
-          {"campaign", campaigns_.json()},     {"interrupted", campaigns_.interrupted_json()},
-          {"model", models_.active_json()},    {"stream", stream_.json()},
-          {"recording", recording_.json()},    {"faults", runner_.faults().json()}};
+  std::string next = runner_.next();
+  if (std::string not_ready = devices_.way_to_ready(); !not_ready.empty())
+    next = std::move(not_ready);
+  else if (!of_interrupted.empty() && std::ranges::count(allowed, json::value(of_interrupted[0])) > 0)
+    next = "Resume the interrupted campaign, or abort it.";
+  return {{"cell", parts_.config.name},
+          {"state", runner_.name()},
+          {"state_text", runner_.reason()},
+          {"next", next},
+          {"allowed", std::move(allowed)},
+          {"waiting", runner_.waiting_json()},
+          {"time", control::rfc3339(parts_.wall_clock())},
+          {"robot", devices_.robot_json()},
+          {"tracker", devices_.tracker_json()},
+          {"campaign", campaigns_.json()},
+          {"interrupted", campaigns_.interrupted_json()},
+          {"model", models_.active_json()},
+          {"stream", stream_.json()},
+          {"recording", recording_.json()},
+          {"faults", runner_.faults().json()}};
 }
 
 }  // namespace truepose::daemon

@@ -69,8 +69,9 @@ MethodReply DeviceService::connect(json::object params, std::string by) {
   if (!accepted) co_return accepted;
   auto identities = co_await devices_.connect();
   if (!identities) {
-    runner_.apply(ConnectFailed{identities.error().detail}, identities.error().detail);
-    co_return std::unexpected(RpcError{ErrorCode::Device, identities.error().detail});
+    const DeviceError& error = identities.error();
+    runner_.apply(ConnectFailed{{error.detail, error.what_to_do}}, error.detail);
+    co_return std::unexpected(RpcError{ErrorCode::Device, runner_.fault_or(error.detail)});
   }
   runner_.apply(DevicesConnected{}, "robot and tracker are connected, and it is the right arm");
   co_return status_();
@@ -135,13 +136,15 @@ asio::awaitable<void> DeviceService::ask_robot() {
   auto asked = co_await robot_.state(deadline);
   if (!may_be_asked()) co_return;
   const bool may_stand = in_campaign() && !needs_.moving_arm;
-  const std::string why = !asked                      ? "robot: " + asked.error().detail
-                          : may_stand || asked->ready ? ""
-                                                      : drivers::not_ready_text(asked->why_not_ready);
+  DeviceError why{Remedy::Retry, ""};
+  if (!asked)
+    why = device_error(asked.error());
+  else if (!may_stand && !asked->ready)
+    why.detail = drivers::not_ready_text(asked->why_not_ready);
   if (in_campaign()) {
-    runner_.await(CellDevice::Controller, why);
+    runner_.await(CellDevice::Controller, why.detail);
   } else if (!asked) {
-    runner_.apply(DeviceLost{why}, why);
+    runner_.apply(DeviceLost{{why.detail, why.what_to_do}}, why.detail);
   }
 }
 
@@ -176,11 +179,18 @@ asio::awaitable<void> DeviceService::ask_tracker() {
   if (in_campaign() && !(needs_.tracker && tracker_.connected())) co_return;
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
   auto asked = co_await tracker_.check(deadline);
-  const std::string why = asked ? "" : "tracker: " + asked.error().detail;
-  if (!asked && runner_.in<Ready>()) runner_.apply(DeviceLost{why}, why);
-  if (in_campaign()) runner_.await(CellDevice::Tracker, why);
+  const DeviceError why =
+      asked ? DeviceError{Remedy::Retry, ""} : device_error(asked.error(), parts_.config.tracker);
+  if (!asked && runner_.in<Ready>()) runner_.apply(DeviceLost{{why.detail, why.what_to_do}}, why.detail);
+  if (in_campaign()) runner_.await(CellDevice::Tracker, why.detail);
   runner_.faults().stand(!asked && runner_.in<Streaming>(),
-                         {kTrackerFault, "warning", why + "; the stream goes on without it"});
+                         {kTrackerFault, "warning", why.detail + "; the stream goes on without it"});
+}
+
+std::string DeviceService::way_to_ready() const {
+  const auto robot = robot_state();
+  if (!runner_.in<Ready>() || !robot || robot->ready) return {};
+  return drivers::not_ready_text(robot->why_not_ready);
 }
 
 json::object DeviceService::robot_json() const {

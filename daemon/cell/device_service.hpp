@@ -40,6 +40,8 @@ class DeviceService {
 
   /// What the controller has told of itself lately, or why that is not known.
   std::expected<drivers::RobotState, std::string> robot_state() const;
+  /// What keeps a ready cell's arm from moving, and the way out; empty where nothing does.
+  std::string way_to_ready() const;
   /// Of the arm that is connected, else as the state server has told it lately; none: nobody knows.
   std::optional<std::string> arm_serial() const;
   /// That something belongs to another arm than the one that is there, in one sentence; empty: it does not,

@@ -139,42 +139,54 @@ void ModelService::forget() {
   runner_.faults().end(kModelFault);
 }
 
-RpcError ModelService::needs_model(const std::string& why_not) const {
-  return runner_.wrong_state(why_not + "; allowed: model.activate, campaign.start",
-                             {"model.activate", "campaign.start"});
+ModelService::Lack ModelService::lacks_model(const std::string& why) {
+  return {why, "activate this arm's model, or calibrate it", {"model.activate", "campaign.start"}};
+}
+
+RpcError ModelService::refusal(const Lack& lack) const {
+  std::string allowed;
+  for (const std::string& method : lack.allowed) allowed += (allowed.empty() ? "" : ", ") + method;
+  return runner_.wrong_state(lack.why + "; allowed: " + allowed, lack.allowed);
+}
+
+std::optional<ModelService::Lack> ModelService::lack() const {
+  if (!active_) {
+    const std::string refused = runner_.faults().text(kModelFault);
+    return lacks_model(refused.empty() ? "no model is active" : refused);
+  }
+  const std::string other = devices_.other_arm("the active model", active_->record.robot_serial);
+  return other.empty() ? std::nullopt : std::optional{lacks_model(other)};
+}
+
+std::optional<ModelService::Lack> ModelService::lack_to_correct() const {
+  if (auto of_model = lack()) return of_model;
+  std::string refused = tools_.refusal();
+  const auto& fixed = parts_.config.stream.tool;
+  if (fixed && !tools_.of(*fixed) && !config::load_of(parts_.config, fixed))
+    refused = "stream.tool: " + std::to_string(*fixed) +
+              " is in no file of tools, has no load, and is no tool in use that a campaign measured";
+  if (refused.empty() && tool_.number && tools_.of(*tool_.number) && !tool_.is_measured)
+    refused = runner_.faults().text(kToolFault);
+  if (refused.empty()) return std::nullopt;
+  return Lack{
+      refused, "activate the arm's tool, or deactivate this one", {"tool.activate", "tool.deactivate"}};
 }
 
 std::expected<const ModelService::Active*, RpcError> ModelService::needed() const {
-  if (!active_) {
-    const std::string refused = runner_.faults().text(kModelFault);
-    return std::unexpected(needs_model(refused.empty() ? "no model is active" : refused));
-  }
-  if (const std::string other = devices_.other_arm("the active model", active_->record.robot_serial);
-      !other.empty())
-    return std::unexpected(needs_model(other));
+  if (const auto of_model = lack()) return std::unexpected(refusal(*of_model));
   return &*active_;
 }
 
 std::expected<const ModelService::Active*, RpcError> ModelService::needed_for_drift() const {
   auto active = needed();
   if (active && !(*active)->drift_reference)
-    return std::unexpected(needs_model("the active model holds no noise and was not validated"));
+    return std::unexpected(refusal(lacks_model("the active model holds no noise and was not validated")));
   return active;
 }
 
 std::expected<const ModelService::Active*, RpcError> ModelService::needed_to_correct() const {
-  const auto active = needed();
-  std::string refused = active ? tools_.refusal() : "";
-  const auto& fixed = parts_.config.stream.tool;
-  const bool known = fixed && (tools_.of(*fixed) || config::load_of(parts_.config, fixed));
-  if (active && fixed && !known)
-    refused = "stream.tool: " + std::to_string(*fixed) +
-              " is in no file of tools, has no load, and is no tool in use that a campaign measured";
-  if (active && refused.empty() && tool_.number && tools_.of(*tool_.number) && !tool_.is_measured)
-    refused = runner_.faults().text(kToolFault);
-  if (refused.empty()) return active;
-  return std::unexpected(runner_.wrong_state(refused + "; allowed: tool.activate, tool.deactivate",
-                                             {"tool.activate", "tool.deactivate"}));
+  if (const auto of_correction = lack_to_correct()) return std::unexpected(refusal(*of_correction));
+  return &*active_;
 }
 
 asio::awaitable<StoreResult<std::optional<ModelService::Found>>> ModelService::read(std::string id) {

@@ -38,6 +38,12 @@ class ModelService {
     std::optional<int> number;  ///< none: not known, or none
     bool is_measured = false;   ///< else the accuracy holds for the reflector
   };
+  /// Why the active model cannot be worked with, and what would change that.
+  struct Lack {
+    std::string why;
+    std::string what_to_do;
+    std::vector<std::string> allowed;  ///< methods that do it
+  };
   /// A model as the store has it, and whether it still is the one that was made.
   struct Found {
     ModelRecord record;
@@ -57,6 +63,8 @@ class ModelService {
   void controller_has(std::optional<int> tool);
   const ToolInForce& tool() const { return tool_; }
   const ToolService& tools() const { return tools_; }
+  /// Why nothing can be corrected; none where it can be.
+  std::optional<Lack> lack_to_correct() const;
   /// The active model where it can be worked with, else why it cannot, as the answer to who needs it.
   std::expected<const Active*, control::RpcError> needed() const;
   std::expected<const Active*, control::RpcError> needed_for_drift() const;
@@ -85,7 +93,9 @@ class ModelService {
   boost::asio::awaitable<StoreResult<std::optional<Found>>> read(std::string id);
   /// Why a model may not be activated; empty: it may.
   std::string why_not_activated(const Found& found) const;
-  control::RpcError needs_model(const std::string& why_not) const;
+  static Lack lacks_model(const std::string& why);
+  control::RpcError refusal(const Lack& lack) const;
+  std::optional<Lack> lack() const;
   void forget();
   void give_to_stream(const Active& model);
   /// As it was given before, or made; the last one at the end.

@@ -6,13 +6,13 @@ namespace asio = boost::asio;
 using control::RpcError;
 
 void StoreWatch::failed(const StoreError& error) {
-  runner_.faults().stand(true, {kStoreFault, "error",
-                                "the store cannot be written to, and nothing new is begun: " + error.detail});
+  const FaultText text{"the store cannot be written to, and nothing new is begun: " + error.detail};
+  runner_.faults().stand(true, {kStoreFault, "error", sentence(text, "acknowledge")});
 }
 
 RpcError StoreWatch::refusal() const {
-  RpcError refused = runner_.wrong_state(runner_.faults().text(kStoreFault) + "; allowed: cell.acknowledge",
-                                         runner_.allowed());
+  RpcError refused =
+      runner_.wrong_state(runner_.faults().text(kStoreFault) + " (cell.acknowledge)", runner_.allowed());
   refused.code = control::ErrorCode::Store;
   return refused;
 }

@@ -133,6 +133,8 @@ std::string old_packet_text(const StreamStatus& status, std::optional<drivers::D
 
 std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,
                            const config::CellConfig& config) {
+  if (const FaultText fault = fault_text(now); !fault.what.empty())
+    return fault.what + "; " + fault.what_to_do;
   if (std::string why = reason(now); !why.empty()) return why;
   const StreamCounters &was = before.counters, &is = now.counters;
   const std::string port = config::text(config.stream.listen);
@@ -151,7 +153,8 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
            "trueposed, else look where the controller sends to, and stop that sender";
   }
   if (is.wrong_ipoc > was.wrong_ipoc || is.unproven > was.unproven)
-    return "the controller's packets follow no order: its IPOC does not rise from packet to packet";
+    return "the controller's packets follow no order: its IPOC does not rise from packet to packet; "
+           "look whether a second program sends there, and start the robot program again";
   return "no packet came to " + port +
          ": this address must be IP_NUMBER and PORT of the ethernet configuration on the controller (here " +
          file +

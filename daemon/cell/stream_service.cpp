@@ -75,9 +75,9 @@ MethodReply StreamService::start(json::object params, std::string by) {
   const TimePoint deadline = parts_.clock.now() + kStartProgram;
   auto started = co_await devices_.robot().start_stream_program(deadline);
   if (!started) {
-    const std::string reason = "robot: " + started.error().detail;
-    runner_.apply(StreamFaulted{reason}, reason);
-    co_return std::unexpected(RpcError{ErrorCode::Device, reason});
+    const DeviceError error = device_error(started.error());
+    runner_.apply(StreamFaulted{{error.detail, error.what_to_do}}, error.detail);
+    co_return std::unexpected(RpcError{ErrorCode::Device, runner_.fault_or(error.detail)});
   }
   if (runner_.in<StreamStarting>()) {
     before_stream_ = parts_.stream.status();
@@ -309,8 +309,8 @@ void StreamService::look_at_robot(const StreamStatus& status) {
 void StreamService::look_whose_arm_it_is(const StreamStatus& status) {
   const bool armed = runner_.in<Armed>() != nullptr;
   const bool told = armed && devices_.arm_serial();
-  if (const auto model = models_.needed_to_correct(); armed && told && models_.active() && !model) {
-    runner_.apply(StreamFaulted{model.error().message}, "");
+  if (const auto lack = models_.lack_to_correct(); armed && told && models_.active() && lack) {
+    runner_.apply(StreamFaulted{{lack->why, lack->what_to_do}}, "");
     return;
   }
   const bool was_to_wait = waits_for_serial();
@@ -347,12 +347,10 @@ void StreamService::look_for_silence(const StreamStatus& status) {
   const bool goes_on_by_itself =
       parts_.config.stream.rearm == config::Rearm::Automatic && runner_.in<Streaming>();
   if (silent && !goes_on_by_itself) {
-    runner_.apply(
-        StreamFaulted{silence_text(lasts) +
-                      ", and holds the correction that it has; look at the robot program, the messages on "
-                      "the pendant and the cable of the RSI network, then acknowledge, connect and start the "
-                      "stream anew"},
-        "");
+    runner_.apply(StreamFaulted{{silence_text(lasts) + ", and holds the correction that it has",
+                                 "look at the robot program, the messages on the pendant and the cable of "
+                                 "the RSI network"}},
+                  "");
   }
   const bool waits = silent && goes_on_by_itself;
   runner_.faults().stand(waits,
@@ -363,7 +361,7 @@ void StreamService::look_for_silence(const StreamStatus& status) {
 
 void StreamService::follow(const StreamStatus& status) {
   if (status.state == StreamState::Fault) {
-    if (runner_.corrects()) runner_.apply(StreamFaulted{reason(status)}, "");
+    if (runner_.corrects()) runner_.apply(StreamFaulted{fault_text(status)}, "");
   } else if (runner_.in<StreamStopping>()) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "the correction is ramped out");
   } else if (runner_.in<Disarming>()) {

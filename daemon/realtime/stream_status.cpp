@@ -19,55 +19,61 @@ std::string_view shown_by(std::string_view element) {
   return "whether it is the arm of robot.file";
 }
 
-std::string fault_reason(StreamFault fault, const FaultDetail& detail) {
+FaultText text_of(StreamFault fault, const FaultDetail& detail) {
   switch (fault) {
     case StreamFault::None:
-      return "";
+      return {};
     case StreamFault::NotFollowing:
-      return "the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
-             " and AIPos - ASPos shows " + formatted("%.2f", detail.value) + " +- " +
-             formatted("%.2f", detail.uncertain) + " deg" +
-             "; the robot program is stopped or not at RSI_MOVECORR, or the ethernet configuration on the "
-             "controller has another name for the correction than the one that truepose reads "
-             "(stream.ethernet_xml), or the RSI context does not lead it to AXISCORR: put that right, then "
-             "acknowledge";
+      return {"the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
+                  " and AIPos - ASPos shows " + formatted("%.2f", detail.value) + " +- " +
+                  formatted("%.2f", detail.uncertain) + " deg" +
+                  "; the robot program is stopped or not at RSI_MOVECORR, or the ethernet configuration on "
+                  "the controller has another name for the correction than the one that truepose reads "
+                  "(stream.ethernet_xml), or the RSI context does not lead it to AXISCORR",
+              "put that right"};
     case StreamFault::BoundBroken:
-      return "the model asked for more than the correction bounds allow for too long: " + axis(detail) +
-             " by " + deg(detail.value) + ", where the bound is " + deg(detail.limit) +
-             "; check the model and the bounds, then acknowledge";
+      return {"the model asked for more than the correction bounds allow for too long: " + axis(detail) +
+                  " by " + deg(detail.value) + ", where the bound is " + deg(detail.limit),
+              "check the model and the bounds"};
     case StreamFault::NoSolution:
-      return "the calibrated arm cannot reach the commanded poses, or only by corrections as large as a "
-             "singularity asks for; check the program and the model, then acknowledge";
+      return {
+          "the calibrated arm cannot reach the commanded poses, or only by corrections as large as a "
+          "singularity asks for",
+          "check the program and the model"};
     case StreamFault::RepliesRejected:
-      return "the controller does not take replies that were sent in time: the ethernet configuration on it "
-             "has another SENTYPE or other names than the one that truepose reads (stream.ethernet_xml): "
-             "load that one there, then acknowledge";
+      return {
+          "the controller does not take replies that were sent in time: the ethernet configuration on "
+          "it has another SENTYPE or other names than the one that truepose reads "
+          "(stream.ethernet_xml)",
+          "load that one there"};
     case StreamFault::WrongCycle:
-      return "the controller's IPOC rises by " + formatted("%.0f", detail.value) +
-             " from packet to packet, but stream.cycle_ms is " + formatted("%.0f", detail.limit) +
-             ": set stream.cycle_ms to the cycle in which the program starts RSI (4 for #IPO_FAST, 12 for "
-             "#IPO) and restart trueposed, or start RSI in the other, then acknowledge" +
-             (detail.ports[0] == 0
-                  ? ""
-                  : ". Its address sent from port " + std::to_string(detail.ports[0]) +
-                        ", and within a second from port " + std::to_string(detail.ports[1]) +
-                        ": if a second program sends there, end that");
+      return {"the controller's IPOC rises by " + formatted("%.0f", detail.value) +
+                  " from packet to packet, but stream.cycle_ms is " + formatted("%.0f", detail.limit) +
+                  (detail.ports[0] == 0
+                       ? ""
+                       : ", and its address sent from port " + std::to_string(detail.ports[0]) +
+                             ", and within a second from port " + std::to_string(detail.ports[1])),
+              "set stream.cycle_ms to the cycle in which the program starts RSI (4 for #IPO_FAST, 12 for "
+              "#IPO) and restart trueposed, or start RSI in the other" +
+                  std::string{detail.ports[0] == 0 ? "" : ", or end the second program that sends there"}};
     case StreamFault::NotSent: {
       const std::string element{detail.element};
-      return "the controller's packets have no " + element +
-             " that can be read, and without it nobody sees " + std::string{shown_by(element)} +
-             ": the ethernet configuration on the controller is another than the one that truepose reads "
-             "(stream.ethernet_xml), which sends DEF_" +
-             element + ": load that one there, then acknowledge";
+      return {"the controller's packets have no " + element + " that can be read, and it alone shows " +
+                  std::string{shown_by(element)} +
+                  ": the ethernet configuration on the controller is another than the one that truepose "
+                  "reads (stream.ethernet_xml), which sends DEF_" +
+                  element,
+              "load that one there"};
     }
     case StreamFault::WrongArm:
-      return "the controller's pose RIst is " + formatted("%.1f", detail.value) +
-             " mm from where the robot file's arm has its flange at AIPos (allowed " +
-             formatted("%.1f", detail.limit) +
-             "): it is another arm, or the program has a tool or a base: correct robot.file, or start RSI "
-             "with tool 0 and base 0 (BAS(#TOOL,0) and BAS(#BASE,0) before RSI_ON), then acknowledge";
+      return {"the controller's pose RIst is " + formatted("%.1f", detail.value) +
+                  " mm from where the robot file's arm has its flange at AIPos (allowed " +
+                  formatted("%.1f", detail.limit) +
+                  "): it is another arm, or the program has a tool or a base",
+              "correct robot.file, or start RSI with tool 0 and base 0 (BAS(#TOOL,0) and BAS(#BASE,0) "
+              "before RSI_ON)"};
   }
-  return "";
+  return {};
 }
 
 std::string counted(std::uint64_t count, const std::string& singular, const std::string& plural) {
@@ -135,11 +141,13 @@ std::optional<drivers::Duration> silence(const StreamStatus& status) {
   return std::max(drivers::Duration{0}, status.read_until - *status.heard);
 }
 
+FaultText fault_text(const StreamStatus& status) { return text_of(status.fault, status.detail); }
+
 std::string reason(const StreamStatus& status) {
   if (status.state == StreamState::Unproven)
     return "what correction the controller has in force is not known, and any answer could be a jump: it is "
            "answered as soon as the arm stands, or has a new session and no correction";
-  if (status.fault != StreamFault::None) return fault_reason(status.fault, status.detail);
+  if (status.fault != StreamFault::None) return sentence(fault_text(status), "acknowledge");
   if (status.program_stopped) return "the robot program is stopped: the correction is held until it goes on";
   if (status.program_declines && status.state == StreamState::Idle)
     return "the robot program does not ask to be corrected (Tp.Ask is 0): TP_BEGIN() does, or $SEN_PINT[1]=1";

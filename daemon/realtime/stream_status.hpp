@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/fault_text.hpp"
 #include "daemon/log/log.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/kuka/rsi_link.hpp"
@@ -40,6 +41,10 @@ enum class StreamFault : std::uint8_t {
   NotSent,   ///< no frame has an element that the configuration sends, and that the stream is watched by
   WrongArm,  ///< RIst is not where the nominal arm's flange is at AIPos
 };
+inline constexpr std::array kStreamFaults{StreamFault::NotFollowing, StreamFault::BoundBroken,
+                                          StreamFault::NoSolution,   StreamFault::RepliesRejected,
+                                          StreamFault::WrongCycle,   StreamFault::NotSent,
+                                          StreamFault::WrongArm};  ///< but None
 
 std::string_view name(StreamState state);
 inline constexpr std::array kStreamStates{
@@ -118,6 +123,9 @@ struct StreamStatus {
 /// For how long the controller is known to have sent no good frame; none where it never has sent one. Shorter
 /// than the frame's age where this machine does not read what came.
 std::optional<drivers::Duration> silence(const StreamStatus& status);
+
+/// Of the stream's fault; empty where it has none.
+FaultText fault_text(const StreamStatus& status);
 
 /// One sentence for the operator, with what to do; empty where the stream does what it should.
 std::string reason(const StreamStatus& status);

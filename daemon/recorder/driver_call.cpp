@@ -78,23 +78,26 @@ constexpr std::array kAsked{Named{"connect", Asked::Connect},
                             Named{"disconnect", Asked::Disconnect},
                             Named{"average-over", Asked::AverageOver}};
 
-constexpr std::array kRobotFaults{
+constexpr std::array kRobotFaultNames{
     Named{"unreachable", RobotFault::Unreachable},   Named{"timeout", RobotFault::Timeout},
     Named{"disconnected", RobotFault::Disconnected}, Named{"protocol", RobotFault::Protocol},
     Named{"refused", RobotFault::Refused},           Named{"aborted", RobotFault::Aborted},
     Named{"not-ready", RobotFault::NotReady}};
-constexpr std::array kTrackerFaults{Named{"unreachable", TrackerFault::Unreachable},
-                                    Named{"timeout", TrackerFault::Timeout},
-                                    Named{"disconnected", TrackerFault::Disconnected},
-                                    Named{"protocol", TrackerFault::Protocol},
-                                    Named{"not-ready", TrackerFault::NotReady},
-                                    Named{"no-target", TrackerFault::NoTarget},
-                                    Named{"beam-broken", TrackerFault::BeamBroken},
-                                    Named{"busy", TrackerFault::Busy},
-                                    Named{"refused", TrackerFault::Refused}};
+constexpr std::array kTrackerFaultNames{Named{"unreachable", TrackerFault::Unreachable},
+                                        Named{"timeout", TrackerFault::Timeout},
+                                        Named{"disconnected", TrackerFault::Disconnected},
+                                        Named{"protocol", TrackerFault::Protocol},
+                                        Named{"not-ready", TrackerFault::NotReady},
+                                        Named{"no-target", TrackerFault::NoTarget},
+                                        Named{"beam-broken", TrackerFault::BeamBroken},
+                                        Named{"busy", TrackerFault::Busy},
+                                        Named{"refused", TrackerFault::Refused}};
 
-std::string_view name_of_fault(RobotFault fault) { return name_of(kRobotFaults, fault); }
-std::string_view name_of_fault(TrackerFault fault) { return name_of(kTrackerFaults, fault); }
+static_assert(kRobotFaultNames.size() == drivers::kRobotFaults.size() &&
+              kTrackerFaultNames.size() == drivers::kTrackerFaults.size());
+
+std::string_view name_of_fault(RobotFault fault) { return name_of(kRobotFaultNames, fault); }
+std::string_view name_of_fault(TrackerFault fault) { return name_of(kTrackerFaultNames, fault); }
 
 /// A driver's error; fault "exception" is an error of ours.
 struct Failure {

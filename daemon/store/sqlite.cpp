@@ -128,8 +128,8 @@ StoreResult<void> Database::in_place() const {
     if (opened_logs_[i] && opened_logs_[i] != identity_of(log))
       return std::unexpected(StoreError{
           log +
-              ": was deleted, moved away or replaced while the daemon has it open: acknowledge, and it is made again; "
-              "what was stored is in the store",
+              ": was deleted, moved away or replaced while the daemon has it open; what was stored is in the store, "
+              "and the file is made again",
           true});
   }
   if (opened_ == identity_of(file_)) return {};
@@ -194,6 +194,29 @@ StoreResult<std::string> Database::value(std::string_view sql) {
   return *row ? query.text(0) : std::string{};
 }
 
+namespace {
+
+/// What to do about a file that fails in this way.
+std::string_view repair_of(int kind) {
+  switch (kind) {
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return "; end the other program that writes to it";
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+    case SQLITE_CANTOPEN:
+      return "; look at the owner and the rights of the file";
+    case SQLITE_IOERR:
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return "; check the disk";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
 StoreError Database::error(int code) {
   const char* const says = connection_ ? sqlite3_errmsg(connection_.get()) : sqlite3_errstr(code);
   const bool full = is_full(code, connection_.get());
@@ -201,14 +224,14 @@ StoreError Database::error(int code) {
   const bool may_pass =
       kind == SQLITE_BUSY || kind == SQLITE_LOCKED || kind == SQLITE_IOERR || kind == SQLITE_NOMEM;
   StoreError error{file_ + ": " + text::clean_text(says, text::LineBreaks::Blank), full || may_pass};
-  if (full) error.detail += "; make room on the disk";
   if (kind == SQLITE_IOERR && !full && !device_error_) device_error_ = error;
+  error.detail += full ? "; make room on the disk" : repair_of(kind);
   return error;
 }
 
 StoreResult<Transaction> Transaction::begin(Database& database) {
   if (const auto& failed = database.device_error()) {
-    return std::unexpected(StoreError{failed->detail + " (earlier); check the disk, then acknowledge", true});
+    return std::unexpected(StoreError{failed->detail + " (earlier); check the disk", true});
   }
   if (const StoreResult<void> there = database.in_place(); !there) return std::unexpected(there.error());
   // IMMEDIATE: whoever else writes is found out here, not in the middle.

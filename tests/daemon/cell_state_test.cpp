@@ -26,10 +26,21 @@ const std::vector<CellEvent> kRequests{ConnectRequested{},       DisconnectReque
                                        CampaignAbortRequested{}, StreamStartRequested{},
                                        StreamStopRequested{},    ArmRequested{},
                                        DisarmRequested{}};
-const std::vector<CellEvent> kOutcomes{
-    DevicesConnected{}, ConnectFailed{"x"},     DeviceLost{"x"}, CampaignPaused{},
-    CampaignEnded{},    StreamProgramStarted{}, StreamStarted{}, StreamEnded{},
-    StreamFaulted{"x"}, StoreFailed{"x"},       Tick{},          DeviceAwaited{CellDevice::Tracker, "x"}};
+const std::vector<CellEvent> kOutcomes{DevicesConnected{},
+                                       ConnectFailed{{"x"}},
+                                       DeviceLost{{"x"}},
+                                       CampaignPaused{},
+                                       CampaignEnded{},
+                                       StreamProgramStarted{},
+                                       StreamStarted{},
+                                       StreamEnded{},
+                                       StreamFaulted{{"x"}},
+                                       StoreFailed{{"x"}},
+                                       Tick{},
+                                       DeviceAwaited{CellDevice::Tracker, "x"}};
+
+/// Where a fault ends that no stream was ended by.
+const std::string kConnect = "; then acknowledge the fault and connect";
 
 CellState after(const CellState& state, const CellEvent& event) { return advance(state, event, t0).next; }
 
@@ -82,10 +93,10 @@ TEST(CellState, FollowsTheTableOfTransitions) {
   const std::vector<Transition> table{
       {Disconnected{}, ConnectRequested{}, Connecting{t0}, {C::OpenDevices}},
       {Connecting{t0}, DevicesConnected{}, Ready{}, {}},
-      {Connecting{t0}, ConnectFailed{"refused"}, Faulted{"refused"}, {C::CloseDevices}},
+      {Connecting{t0}, ConnectFailed{{"refused"}}, Faulted{"refused" + kConnect}, {C::CloseDevices}},
       {Connecting{t0}, DisconnectRequested{}, Disconnected{}, {C::CloseDevices}},
       {Ready{}, DisconnectRequested{}, Disconnected{}, {C::CloseDevices}},
-      {Ready{}, DeviceLost{"gone"}, Faulted{"gone"}, {C::CloseDevices}},
+      {Ready{}, DeviceLost{{"gone"}}, Faulted{"gone" + kConnect}, {C::CloseDevices}},
       {Ready{}, CampaignStartRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
       {Disconnected{}, CampaignStartRequested{"c2"}, Running{"c2"}, {C::StartCampaign}},
       {Running{"c1"}, CampaignPauseRequested{}, Paused{"c1"}, {C::PauseCampaign}},
@@ -100,7 +111,7 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Running{"c1"}, CampaignEnded{}, Ready{}, {}},
       {Running{"c1"}, CampaignEnded{.connected = false}, Disconnected{}, {C::CloseDevices}},
       {Paused{"c1"}, CampaignEnded{.connected = false}, Disconnected{}, {C::CloseDevices}},
-      {Running{"c1"}, DeviceLost{"gone"}, Running{"c1"}, {}},
+      {Running{"c1"}, DeviceLost{{"gone"}}, Running{"c1"}, {}},
       {Ready{}, StreamStartRequested{}, StreamStarting{t0}, {C::StartStream}},
       {StreamStarting{t0}, StreamProgramStarted{}, StreamStarting{t0, true}, {}},
       {StreamStarting{t0}, StreamStarted{}, StreamStarting{t0}, {}},
@@ -108,7 +119,10 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Streaming{}, StreamStopRequested{}, StreamStopping{t0}, {C::StopStream}},
       {StreamStopping{t0}, StreamEnded{}, Ready{}, {}},
       {Streaming{}, StreamEnded{}, Ready{}, {}},
-      {Streaming{}, StreamFaulted{"bound"}, Faulted{"bound"}, {C::StopStream, C::CloseDevices}},
+      {Streaming{},
+       StreamFaulted{{"bound"}},
+       Faulted{"bound; then acknowledge the fault, connect and start the stream"},
+       {C::StopStream, C::CloseDevices}},
       {Faulted{"why"}, AcknowledgeRequested{}, Disconnected{}, {C::RearmStream}},
       {Streaming{}, AcknowledgeRequested{}, Streaming{}, {C::RearmStream}},
       {StreamStopping{t0}, AcknowledgeRequested{}, StreamStopping{t0}, {C::RearmStream}},
@@ -116,20 +130,53 @@ TEST(CellState, FollowsTheTableOfTransitions) {
       {Ready{}, ArmRequested{}, Armed{}, {C::CloseDevices, C::ArmStream}},
       {Armed{}, DisarmRequested{}, Disarming{t0}, {C::StopStream}},
       {Armed{}, StreamEnded{}, Armed{}, {}},
-      {Armed{}, DeviceLost{"gone"}, Armed{}, {}},
+      {Armed{}, DeviceLost{{"gone"}}, Armed{}, {}},
       {Armed{}, AcknowledgeRequested{}, Armed{}, {C::RearmStream}},
-      {Armed{}, StreamFaulted{"bound"}, Faulted{"bound"}, {C::StopStream, C::CloseDevices}},
+      {Armed{},
+       StreamFaulted{{"bound"}},
+       Faulted{"bound; then acknowledge the fault and arm the stream"},
+       {C::StopStream, C::CloseDevices}},
       {Disarming{t0}, StreamEnded{}, Disconnected{}, {C::CloseDevices}},
-      {Running{"c1"}, StoreFailed{"disk full"}, Faulted{"disk full"}, {C::CloseDevices}},
-      {Armed{}, StoreFailed{"disk full"}, Armed{}, {}},
-      {Streaming{}, StoreFailed{"disk full"}, Streaming{}, {}},
-      {Ready{}, StoreFailed{"disk full"}, Ready{}, {}},
+      {Running{"c1"}, StoreFailed{{"disk full"}}, Faulted{"disk full" + kConnect}, {C::CloseDevices}},
+      {Armed{}, StoreFailed{{"disk full"}}, Armed{}, {}},
+      {Streaming{}, StoreFailed{{"disk full"}}, Streaming{}, {}},
+      {Ready{}, StoreFailed{{"disk full"}}, Ready{}, {}},
   };
   for (const Transition& row : table) {
     const CellStep step = advance(row.from, row.event, t0);
     EXPECT_EQ(step.next, row.to) << state_name(row.from) << " event " << row.event.index();
     EXPECT_EQ(step.commands, row.commands) << state_name(row.from) << " event " << row.event.index();
   }
+}
+
+TEST(CellState, EveryWayIntoAFaultSaysEachStepOfTheWayOutOnce) {
+  const FaultText why{"robot: it is gone", "look at its cable"};
+  std::size_t ways = 0;
+  for (const CellState& state : kStates) {
+    if (std::holds_alternative<Faulted>(state)) continue;
+    std::vector<CellEvent> events{ConnectFailed{why}, DeviceLost{why}, StreamFaulted{why}, StoreFailed{why},
+                                  Tick{"nobody sends; look where it goes"}};
+    for (const CellEvent& event : events) {
+      const CellState next = advance(state, event, t0 + 1h).next;
+      const auto* const faulted = std::get_if<Faulted>(&next);
+      if (!faulted) continue;
+      ++ways;
+      const std::string& text = faulted->reason;
+      EXPECT_THAT(text, testing::ContainsRegex("; (look|end) .*then acknowledge the fault"));
+      EXPECT_EQ(text.find("acknowledge"), text.rfind("acknowledge")) << text;
+      EXPECT_EQ(text.find("cable"), text.rfind("cable")) << text;
+      // The steps are allowed, one after the other.
+      CellState on = after(next, AcknowledgeRequested{});
+      if (text.contains("arm the stream")) on = after(on, ArmRequested{});
+      if (text.contains("connect")) on = after(after(on, ConnectRequested{}), DevicesConnected{});
+      if (text.contains("start the stream")) on = after(on, StreamStartRequested{});
+      const bool back_in_stream =
+          std::holds_alternative<StreamStarting>(on) || std::holds_alternative<Armed>(on);
+      EXPECT_EQ(back_in_stream, text.ends_with("the stream")) << text;
+      EXPECT_TRUE(back_in_stream || std::holds_alternative<Ready>(on)) << text;
+    }
+  }
+  EXPECT_GT(ways, 12U);
 }
 
 TEST(CellState, AnOutcomeThatComesLateChangesNothing) {

@@ -62,7 +62,7 @@ TEST_F(StoreWatchTest, AFullDiskPausesACampaignWhichGoesOnWithItsPointOnceThereI
     EXPECT_EQ(mock.q(), stands);
 
     Answer answer = co_await ask("campaign.resume");
-    EXPECT_THAT(answer.error().message, HasSubstr("allowed: cell.acknowledge"));
+    EXPECT_THAT(answer.error().message, HasSubstr("then acknowledge (cell.acknowledge)"));
     answer = co_await ask("cell.acknowledge");
     EXPECT_THAT(answer.error().message, HasSubstr("still cannot be written to"));
     make_room();

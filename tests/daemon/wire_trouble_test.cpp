@@ -23,9 +23,9 @@ namespace asio = boost::asio;
 using namespace std::chrono_literals;
 using drivers::MemoryNetwork;
 
-enum class Trouble { Off, Reset, CutMidPacket, Silent, Storm };
-constexpr std::array kTroubles{Trouble::Off, Trouble::Reset, Trouble::CutMidPacket, Trouble::Silent,
-                               Trouble::Storm};
+enum class WireTrouble { Off, Reset, CutMidPacket, Silent, Storm };
+constexpr std::array kTroubles{WireTrouble::Off, WireTrouble::Reset, WireTrouble::CutMidPacket,
+                               WireTrouble::Silent, WireTrouble::Storm};
 constexpr Duration kResumed = 5s;
 
 /// Whose wire is disturbed.
@@ -35,7 +35,7 @@ constexpr std::array kDisturbed{Disturbed::Tracker, Disturbed::Bridge, Disturbed
 /// One campaign with the real drivers, that is disturbed again and again.
 class DisturbedCampaign {
  public:
-  DisturbedCampaign(Trouble trouble, Disturbed disturbed, std::uint64_t seed)
+  DisturbedCampaign(WireTrouble trouble, Disturbed disturbed, std::uint64_t seed)
       : trouble_{trouble}, disturbed_{disturbed}, random_{seed} {
     config_.campaign.remeasure = false;
     config_.campaign.pause_after_lost = 0;
@@ -122,7 +122,7 @@ class DisturbedCampaign {
       cause_gone_.reset();
       start(ports);
       const TimePoint ends =
-          clock_.now() + (trouble_ == Trouble::Reset || trouble_ == Trouble::CutMidPacket ? 0s : 10s);
+          clock_.now() + (trouble_ == WireTrouble::Reset || trouble_ == WireTrouble::CutMidPacket ? 0s : 10s);
       co_await clock_.sleep_until(ends);
       end(ports);
       cause_gone_ = clock_.now();
@@ -131,15 +131,15 @@ class DisturbedCampaign {
 
   void start(const MemoryNetwork::Ports& ports) {
     switch (trouble_) {
-      case Trouble::Off:
+      case WireTrouble::Off:
         return network_.power(ports, false);
-      case Trouble::Reset:
+      case WireTrouble::Reset:
         return network_.reset(ports);
-      case Trouble::CutMidPacket:
+      case WireTrouble::CutMidPacket:
         return network_.cut_after(ports, static_cast<std::size_t>(random_.uniform(1, 400)));
-      case Trouble::Silent:
+      case WireTrouble::Silent:
         return network_.silence(ports, true);
-      case Trouble::Storm:
+      case WireTrouble::Storm:
         return network_.storm(ports, true);
     }
   }
@@ -184,7 +184,7 @@ class DisturbedCampaign {
     return made;
   }
 
-  Trouble trouble_;
+  WireTrouble trouble_;
   Disturbed disturbed_;
   Random random_;
   config::CellConfig config_ = test::example_cell();
@@ -221,7 +221,7 @@ class DisturbedCampaign {
   Duration slowest_{0};
 };
 
-struct DisturbedWire : testing::TestWithParam<Trouble> {};
+struct DisturbedWire : testing::TestWithParam<WireTrouble> {};
 
 TEST_P(DisturbedWire, ResumesWithinSecondsMeasuresEachPoseOnceAndIsReplayed) {
   for (const Disturbed device : kDisturbed) {
@@ -239,7 +239,7 @@ TEST_P(DisturbedWire, ResumesWithinSecondsMeasuresEachPoseOnceAndIsReplayed) {
   }
 }
 
-void PrintTo(Trouble trouble, std::ostream* out) {
+void PrintTo(WireTrouble trouble, std::ostream* out) {
   *out << std::array{"off", "reset", "cut in the midst of a packet", "silent",
                      "a storm of reconnections"}[static_cast<std::size_t>(trouble)];
 }

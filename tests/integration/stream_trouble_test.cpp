@@ -179,7 +179,7 @@ TEST_F(ATroubledStream, SaysThatItsControllerFellSilentAndStartsAnewAsItSays) {
     begin({.faults = "[{kind: rsi-silence, at_cycle: 300, lasts_cycles: 100000}]"});
     EXPECT_EQ(start().exit_code, 0);
     expect_named("E_CELL", AllOf(ContainsRegex("no RSI packet for [0-4]\\.[0-9] s"), HasSubstr("the pendant"),
-                                 HasSubstr("acknowledge, connect and start the stream anew")));
+                                 HasSubstr("then acknowledge the fault, connect and start the stream")));
     EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("cycles"), 299);
     told({"acknowledge"});
     told({"connect"});

@@ -94,7 +94,7 @@ class FakeCell : public daemon::CellService {
 
  private:
   static constexpr const char* kAnswers = R"({
-    "cell.status": {"cell": "cell 1", "state": "ready", "state_text": "waits for a command", "allowed": [], "time": "t",
+    "cell.status": {"cell": "cell 1", "state": "ready", "state_text": "waits for a command", "next": "Start a campaign.", "allowed": [], "time": "t",
       "robot": {"connected": true, "model": "#KR210", "serial": "42", "why_not_ready": "drives off"},
       "tracker": {"connected": false}, "campaign": null, "model": null, "stream": {"state": "off", "reason": ""},
       "faults": [{"code": "E_BEAM", "severity": "warning", "text": "beam broken", "since": "s"}]},
@@ -180,6 +180,7 @@ TEST_F(OnlineTest, StatusIsAReadableTable) {
   EXPECT_EQ(status.out,
             "cell     cell 1\n"
             "state    ready: waits for a command\n"
+            "next     Start a campaign.\n"
             "robot    #KR210, serial 42, not ready: drives off\n"
             "tracker  not connected\n"
             "model    none active\n"

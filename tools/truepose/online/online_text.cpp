@@ -184,13 +184,14 @@ std::string interrupted_line(const json::value& campaign) {
 std::string status_text(const json::value& status) {
   std::vector<Cells> rows{{"cell", text_at(status, "/cell")},
                           {"state", text_at(status, "/state") + ": " + text_at(status, "/state_text")},
+                          {"next", text_at(status, "/next")},
                           {"robot", device(status, "/robot")},
                           {"tracker", device(status, "/tracker")},
                           {"model", "none active"},
                           {"stream", "-"}};
-  if (find_at(status, "/model")) rows[4][1] = model_line(status, "/model");
-  if (const json::value* stream = find_at(status, "/stream")) rows[5][1] = stream_line(*stream);
-  if (is_true_at(status, "/stream/armed")) rows[2][1] += "; " + condition_line(*find_at(status, "/stream"));
+  if (find_at(status, "/model")) rows[5][1] = model_line(status, "/model");
+  if (const json::value* stream = find_at(status, "/stream")) rows[6][1] = stream_line(*stream);
+  if (is_true_at(status, "/stream/armed")) rows[3][1] += "; " + condition_line(*find_at(status, "/stream"));
   if (find_at(status, "/recording"))
     rows.push_back({"recording", "the last " + number_at(status, "/recording/seconds", 0, " s") + ", " +
                                      kilobytes_at(status, "/recording/bytes") + " kB, dropped " +
