@@ -40,7 +40,7 @@ class Page:
         target = self._call("Target.createTarget", url="about:blank")["targetId"]
         self._session = {"sessionId": self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]}
         self._call("Network.enable")
-        self._call("Page.navigate", url=url)
+        self.go(url)
 
     def __enter__(self):
         return self
@@ -51,6 +51,9 @@ class Page:
         self._process.wait(PATIENCE_S)
         self._answers.close()
         os.close(self._to)
+
+    def go(self, url):
+        self._call("Page.navigate", url=url)
 
     def value(self, expression):
         """Of an expression in the page; None while it has none."""

@@ -4,6 +4,7 @@
     dashboard_test.py BIN SOURCE    ends 77 where there is no Chromium
 """
 import json
+import re
 import shutil
 import socket
 import sys
@@ -21,6 +22,19 @@ SHOWN = """({
   robot: by("robot").innerText, events: [...by("events").children].map(line => line.innerText),
   green: [...document.querySelectorAll(".good")].filter(one => one.checkVisibility()).map(one => one.innerText),
 })"""
+
+
+SAYS = """typeof by === "function" && by("state") && JSON.stringify({
+  state: by("state").innerText, why: by("why").innerText, next: by("next").innerText,
+  interrupted: [...by("interrupted").children].map(line => line.children[2].innerText.replace(/^.* poses: /, "")),
+  faults: [...by("faults").children].map(line => [line.children[1].innerText, line.children[2].innerText]),
+  buttons: [...document.querySelectorAll("#buttons button")].map(one => one.dataset.method),
+})"""
+
+
+def without_seconds(text):
+    """The page asks at other times than the command line."""
+    return re.sub(r"\d+ s\b", "? s", text)
 
 
 class Client:
@@ -51,6 +65,10 @@ class Dashboard(unittest.TestCase):
     def open(self, after=""):
         folder = self.enterContext(tempfile.TemporaryDirectory(ignore_cleanup_errors=True))
         self.page = self.enterContext(Page(folder, f"http://127.0.0.1:{self.cell.web_port}/{after}"))
+
+    def go(self, after):
+        """Another load of the page, from wherever the daemon is."""
+        self.page.go(f"http://127.0.0.1:{self.cell.web_port}/?{len(self.page.sockets)}{after}")
 
     def shown(self):
         return self.page.value(SHOWN) or {"state": "", "why": "", "asks": False}
@@ -117,71 +135,127 @@ class Dashboard(unittest.TestCase):
         self.assertEqual(len(self.page.sockets), 2)
         until(lambda: self.sessions() == 1, self.sessions)
 
-    def buttons(self):
-        return self.page.value('[...document.querySelectorAll("#buttons button")].map(one => one.dataset.method)') or []
+    def rpc(self, method, **params):
+        """Asked with the daemon's own token, an admin's."""
+        client = Client(self, self.cell.port)
+        answer = client.call(method, **params)
+        client.close()
+        return answer
 
     def status(self):
-        client = Client(self, self.cell.port)
-        status = client.call("cell.status")["result"]
-        client.close()
-        return status
+        return json.loads(self.cell.truepose("status", "--json")[1])
 
-    def commands(self):
-        """What the page has buttons for, of what the cell allows."""
-        named = json.loads(self.page.value("JSON.stringify(Object.keys(kCommands))") or "[]")  # while it loads
-        return sorted(method for method in self.status()["allowed"] if method in named)
+    def page_says(self):
+        says = json.loads(self.page.value(SAYS) or "{}")  # nothing while it loads
+        return says and says | {"why": without_seconds(says["why"]), "buttons": sorted(says["buttons"])}
 
-    def test_has_a_button_for_what_an_operator_may_do_and_none_for_who_may_not(self):
-        operator = self.cell.access("Operator", "operator")
+    def command_line_says(self):
+        now = self.status()
+        offered = json.loads(self.page.value("JSON.stringify(Object.keys(kCommands))") or "[]")
+        faults = [[fault["code"], fault["text"]] for fault in now["faults"]]
+        return {"state": now["state"], "why": without_seconds(now["state_text"]), "next": now["next"],
+                "interrupted": [one["reason"] for one in now["interrupted"]], "faults": faults or [["none", ""]],
+                "buttons": sorted(method for method in now["allowed"] if method in offered)}
+
+    def agrees(self, state, *words, waits=False):
+        """Waits until the page and the command line say the same of this state, with these words. waits: for an operator."""
+        def same():
+            said, shown = self.command_line_says(), self.page_says()
+            return said == shown and said["state"] == state and all(word in str(said) for word in words) and said
+        said = until(same, lambda: (state, words, self.command_line_says(), self.page_says()))
+        table = self.cell.truepose("status")[1]
+        self.assertIn(said["next"], table)
+        for _, text in said["faults"]:
+            self.assertIn(text, table)
+        self.assertNotIn("not possible in state", self.refusal())
+        if waits:
+            self.assertNotIn("none", self.shown()["green"])
+        return said
+
+    def refusal(self):
+        return self.page.value('by("refusal").innerText')
+
+    def press(self, method):
+        """Until that is answered. No state refuses what it has a button for."""
+        self.pressed.add(method)
+        self.page.value(f"""confirm = () => true; document.querySelector('[data-method="{method}"]').click()""")
+        until(lambda: self.page.value("link.asked.size") == 0, self.page_says)
+
+    def test_says_what_the_command_line_says_in_every_state_and_carries_out_each_button(self):
+        self.pressed = set()
         self.open(f"#token={self.token}")
         self.until_shown(lambda shown: shown["state"] == "disconnected")
-        self.assertEqual(self.buttons(), [])
-        self.open(f"#token={operator}")
-        until(lambda: sorted(self.buttons()) == self.commands() != [], self.buttons)
-        self.page.value("document.querySelector('[data-method=\"cell.connect\"]').click()")
-        self.until_live()
-        until(lambda: sorted(self.buttons()) == self.commands() and "cell.disconnect" in self.buttons(), self.buttons)
+        self.assertEqual(self.page_says()["buttons"], [], "a viewer may command nothing")
+        operator = self.cell.access("Operator", "operator")
+        self.go(f"#token={operator}")
+
+        self.agrees("disconnected", "Connect robot and tracker")
+        self.press("cell.connect")
+        self.agrees("ready")
         self.assertIn("A1 ", self.shown()["robot"])
+        self.cell.steer({"kind": "emergency-stop"})
+        self.agrees("ready", "robot: emergency stop: release it", "start truepose_motion")
+        self.cell.steer({"kind": "emergency-stop", "lasts_ms": 1})
+        self.agrees("ready", "Start a campaign")
 
-    def test_shows_in_every_state_what_the_command_line_shows(self):
-        operator = self.cell.access("Operator", "operator")
-        self.open(f"#token={operator}")
+        self.rpc("campaign.start", identify_poses=12, validate_poses=6, remeasure=False, activate=False)
+        self.agrees("campaign", "Keep out of the cell")
+        self.press("campaign.pause")
+        self.agrees("paused", "resume the campaign", waits=True)
+        self.cell.steer({"kind": "emergency-stop"})
+        self.press("campaign.resume")
+        self.agrees("campaign", "waiting for the controller", "emergency stop: release it", waits=True)
+        self.cell.steer({"kind": "emergency-stop", "lasts_ms": 1})
+        until(lambda: self.status()["state"] == "ready", self.status)
+        self.rpc("model.activate", id=self.rpc("model.list")["result"]["models"][0]["id"])
 
-        def agrees(state):
-            def same():
-                now, shown = self.status(), self.shown()
-                said = self.cell.truepose("status")[1]
-                return (now["state"] == shown["state"] == state and shown["why"] == now["state_text"] and shown["why"] in said
-                        and self.page.value('by("next").innerText') and sorted(self.buttons()) == self.commands())
-            until(same, lambda: (state, self.status()["state_text"], self.shown()["why"], self.buttons(), self.commands()))
+        self.rpc("campaign.start", kind="base", number=5, points=["origin", "x", "xy"],
+                 at=[[1400, -300, 500], [1800, -300, 500], [1400, 100, 500]])
+        self.agrees("paused", "then resume the campaign", "Do what the state says", waits=True)
+        self.press("campaign.abort")
 
-        agrees("disconnected")
-        self.cell.truepose("connect")
-        agrees("ready")
-        self.cell.truepose("campaign", "start")
-        self.cell.truepose("campaign", "pause")
-        agrees("paused")
-        self.cell.truepose("campaign", "abort")
-        agrees("ready")
-        self.cell.steer({"kind": "eki-drop", "lasts_ms": 6_000_000})
-        agrees("fault")
-        self.assertNotIn("none", self.shown()["green"])
+        self.agrees("ready", "stream.arm")
+        self.press("stream.arm")
+        self.agrees("armed")
+        self.press("stream.disarm")
+        self.agrees("disconnected")
+        self.press("cell.connect")
+        self.agrees("ready")
+        self.cell.truepose("stream", "start")
+        self.agrees("streaming")
+        self.press("stream.stop")
+        self.agrees("ready")
 
-    def test_shows_an_interrupted_campaign_with_both_ways_on_as_the_command_line_does(self):
-        operator = self.cell.access("Operator", "operator")
-        self.cell.truepose("campaign", "start")
+        self.press("cell.disconnect")
+        self.agrees("disconnected")
+        self.cell.steer({"kind": "emergency-stop"})
+        self.press("cell.connect")
+        said = self.agrees("fault", "emergency stop: release it", "start truepose_motion", "then acknowledge the fault and connect", waits=True)
+        self.assertEqual(said["faults"], [["E_CELL", said["why"]]])
+        until(lambda: self.refusal() == said["why"], self.refusal)
+        self.cell.steer({"kind": "emergency-stop", "lasts_ms": 1})
+        self.press("cell.acknowledge")
+        self.agrees("disconnected")
+        self.press("cell.connect")
+        self.agrees("ready")
+
+        self.rpc("campaign.start")
         until(lambda: (self.status()["campaign"] or {}).get("done", 0) > 0, self.status)
         self.cell.kill_daemon()
         self.cell.start_daemon()
-        self.open(f"#token={operator}")
-        until(lambda: {"campaign.resume", "campaign.abort"} <= set(self.buttons()), self.buttons)
-        text = self.page.value('by("interrupted").innerText')
-        self.assertIn("the daemon ended in the middle of it", text)
-        self.assertIn("the daemon ended in the middle of it", self.cell.truepose("status")[1])
-        self.assertNotIn("none", self.shown()["green"])
-        self.page.value("document.querySelector('[data-method=\"campaign.abort\"]').click()")
-        until(lambda: not self.status()["interrupted"], self.status)
-        until(lambda: "campaign.abort" not in self.buttons(), self.buttons)
+        self.go(f"#token={operator}")
+        self.agrees("disconnected", "the daemon ended in the middle of it", "Resume the interrupted campaign, or abort it.",
+                    "campaign.resume", waits=True)
+        self.press("campaign.abort")
+        self.agrees("disconnected", "Connect robot and tracker")
+        self.assertEqual(self.status()["interrupted"], [])
+        self.cell.steer({"kind": "tracker-silent"})
+        self.press("cell.connect")
+        self.agrees("connecting", "Wait until robot and tracker answer.")
+        self.press("cell.disconnect")
+        self.agrees("disconnected")
+        offered = json.loads(self.page.value("JSON.stringify(Object.keys(kCommands))"))
+        self.assertEqual(self.pressed, set(offered))
 
 
 if __name__ == "__main__":
