@@ -83,6 +83,23 @@ double damping(const WristStep& first, double common, double apart, const Compen
   return kDampingRatio * kDampingRatio * ratio_squared * inside * inside;
 }
 
+/// How far a pose of the flange is off another.
+struct PoseMiss {
+  double rad = 0;
+  double mm = 0;  // of the worst point within kReach_mm of the flange
+
+  PoseMiss(const Eigen::Isometry3d& X, const Eigen::Isometry3d& wanted) {
+    constexpr double kReach_mm = 300;
+    const Eigen::Vector3d turn = turn_between(wanted.linear(), X.linear());
+    const Eigen::Vector3d d_mm = X.translation() - wanted.translation();
+    rad = turn.norm();
+    // The turn moves the points square to its axis, the farthest of them along with d_mm.
+    const double along = rad > 0 ? d_mm.dot(turn) / rad : 0;
+    const double across = std::sqrt(std::max(0.0, d_mm.squaredNorm() - along * along));
+    mm = std::hypot(along, across + 2 * std::sin(rad / 2) * kReach_mm);
+  }
+};
+
 }  // namespace
 
 /// The calibrated arm at some joints.
@@ -232,6 +249,32 @@ TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_
   return near(q_nominal, {solved->q, solved->residual_mm, solved->residual_rad, solved->iterations});
 }
 
+CompensatedTarget TargetCompensation::no_worse_than_none(const Eigen::Isometry3d& X_BF,
+                                                         const JointVector& q_nominal,
+                                                         const Eigen::Vector3d& p_F_mm,
+                                                         const BeyondGeometry* beyond,
+                                                         CompensatedTarget target) const {
+  constexpr int kHalvings = 24;
+  constexpr double kRounding = 1e-9;
+  const PoseMiss none{state_at(q_nominal, p_F_mm, beyond).X_BF, X_BF};
+  const JointVector correction = target.q - q_nominal;
+  const auto is_worse = [&](double part) {
+    const PoseMiss miss{state_at(q_nominal + part * correction, p_F_mm, beyond).X_BF, X_BF};
+    return miss.rad > none.rad + kRounding || miss.mm > none.mm + kRounding * kLength_mm;
+  };
+  if (!is_worse(1)) return target;
+  double good = 0, bad = 1;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = (good + bad) / 2;
+    (is_worse(middle) ? bad : good) = middle;
+  }
+  target.q = q_nominal + good * correction;
+  const State state = state_at(target.q, p_F_mm, beyond);
+  target.residual_mm = (X_BF * p_F_mm - state.p_B_mm).norm();
+  target.residual_rad = angle_between(state.X_BF.linear(), X_BF.linear());
+  return target;
+}
+
 TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X_BF,
                                                       const JointVector& q_nominal,
                                                       const Eigen::Vector3d& p_F_mm, State state,
@@ -269,7 +312,7 @@ TargetCompensation::Result TargetCompensation::damped(const Eigen::Isometry3d& X
     result.residual_rad = rotation_error.norm();
     search.q = result.q;
     if (result.residual_mm <= kTolerance_mm && move.cwiseAbs().maxCoeff() <= kStill)
-      return near(q_nominal, result);
+      return near(q_nominal, no_worse_than_none(X_BF, q_nominal, p_F_mm, search.beyond, result));
     result.q += shortened(move).cwiseProduct(scales);
   }
   search.q = result.q;

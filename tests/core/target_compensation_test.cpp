@@ -100,17 +100,20 @@ TEST(TargetCompensation, NearTheWristSingularityThePositionIsReachedAndWhatIsLef
   Random random(11);
   for (const RobotModel& real : {kReal, bending(kReal), with_field(bending(kReal))}) {
     const TargetCompensation compensation(kNominal, real);
+    int gives_way = 0;
     for (int i = 0; i < 1000; ++i) {
       JointVector q = regular_joints(random, 0);
       q[4] = random.uniform(-25, 25) * kRadPerDeg;
       const Eigen::Isometry3d X = forward_kinematics(kNominal, q);
       const auto reached = compensation.at_joints(q, kTcp_mm);
       ASSERT_TRUE(reached) << q.transpose() * kDegPerRad;
-      EXPECT_LT(mm_between(real, reached->q, X * kTcp_mm, kTcp_mm), 1e-8);
+      EXPECT_NEAR(reached->residual_mm, mm_between(real, reached->q, X * kTcp_mm, kTcp_mm), 1e-8);
+      gives_way += reached->residual_mm > 1e-6;
       EXPECT_NEAR(reached->residual_rad,
                   angle_between(forward_kinematics(real, reached->q).linear(), X.linear()), 1e-9);
       EXPECT_LT(reached->residual_rad, 0.025);
     }
+    EXPECT_LE(gives_way, 10) << "of 1000 positions";
   }
 }
 
@@ -311,6 +314,64 @@ TEST(TargetCompensation, NoCorrectionOfTheWristExceedsTheBoundByMoreThanNeighbou
         EXPECT_LT((reached->q - q).cwiseAbs().maxCoeff(), 1.25 * neighbours + kBound) << A5;
       }
     }
+  }
+}
+
+/// Arms with every kind of wrist: axes that meet in a point, axes that do not, and axis 4 parallel to axes 2
+/// and 3.
+std::vector<RobotModel> arms_of_every_wrist() {
+  RobotModel offset = kNominal;
+  offset.joints[3].a_mm += 40;
+  offset.joints[4].a_mm += 85;
+  return {kNominal, offset, example::ur10()};
+}
+
+/// Points 300 mm from the flange, in its frame.
+std::vector<Eigen::Vector3d> points_around_the_flange() {
+  Random random(1);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 2000; ++i)
+    points.push_back(300 * Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized());
+  return points;
+}
+
+double worst_mm(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& X,
+                const Eigen::Isometry3d& wanted) {
+  double worst = 0;
+  for (const Eigen::Vector3d& p : points) worst = std::max(worst, (X * p - wanted * p).norm());
+  return worst;
+}
+
+TEST(TargetCompensation, LeavesNoPointNearTheFlangeWorseThanNoCorrectionWhateverTheWrist) {
+  Random random(23);
+  const auto points = points_around_the_flange();
+  for (const RobotModel& nominal : arms_of_every_wrist()) {
+    int damped = 0, position_gives_way = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const RobotModel real = example::deviating(nominal, random, 0.5, 0.004 * random.uniform(0, 1));
+      const TargetCompensation compensation(nominal, real);
+      const JointVector q = example::random_joints(nominal, random);
+      const Eigen::Vector3d p_F_mm =
+          random.uniform(0, 1) * points[static_cast<std::size_t>(random.uniform(0, 2000))];
+      const auto reached = compensation.at_joints(q, p_F_mm);
+      if (!reached || !reached->damped) continue;
+      ++damped;
+      const Eigen::Isometry3d wanted = forward_kinematics(nominal, q);
+      const Eigen::Isometry3d without = forward_kinematics(real, q);
+      const Eigen::Isometry3d with = forward_kinematics(real, reached->q);
+      ASSERT_LE(angle_between(with.linear(), wanted.linear()),
+                angle_between(without.linear(), wanted.linear()) + 1e-8)
+          << q.transpose();
+      // The points are not all points: a percent for those between.
+      ASSERT_LE(worst_mm(points, with, wanted), 1.01 * worst_mm(points, without, wanted) + 1e-6)
+          << q.transpose();
+      ASSERT_NEAR(reached->residual_mm, (with * p_F_mm - wanted * p_F_mm).norm(), 1e-8);
+      ASSERT_NEAR(reached->residual_rad, angle_between(with.linear(), wanted.linear()), 1e-9);
+      position_gives_way += reached->residual_mm > 1e-6;
+    }
+    EXPECT_GT(damped, 300);
+    EXPECT_GT(position_gives_way, 0);
+    EXPECT_LT(position_gives_way, damped / 3);
   }
 }
 

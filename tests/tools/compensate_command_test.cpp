@@ -15,6 +15,7 @@
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "tests/daemon/page.hpp"
 #include "tests/process.hpp"
@@ -124,6 +125,33 @@ TEST_F(Compensate, CountsTheRowsThatGiveUpOrientationAndEndsWith1) {
                                      "singularity, row [0-9]+ the most"));
   EXPECT_TRUE(std::filesystem::exists(out)) << "the rows are there all the same";
   EXPECT_EQ(compensate({"--joints", file(std::string(kJoints) + kRegularRow)}).exit_code, 0);
+}
+
+TEST_F(Compensate, CountsTheRowsWhosePositionGivesWayAndHoldsItInSigma) {
+  std::string rows = kJoints;
+  Random random(5);
+  for (int i = 0; i < 1500; ++i) {
+    const double from_to[][2] = {{-180, 180}, {-90, -30}, {60, 110}, {-300, 300}, {-20, 20}, {-300, 300}};
+    std::string row;
+    for (const auto& [from, to] : from_to) row += ',' + std::to_string(random.uniform(from, to));
+    rows += row.substr(1) + '\n';
+  }
+  const Finished run = compensate({"--joints", file(rows), "--most-residual", "180", "--json"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, testing::ContainsRegex(
+                           "^truepose: [0-9]+ of 1500 rows give up more than 0.01 mm of position next to a "
+                           "singularity, row [0-9]+ the most \\([0-9.]+ mm\\): the orientation"));
+  const json::object made = printed_document(run.out).as_object();
+  int gives_way = 0;
+  for (std::size_t i = 0; i < 1500; ++i) {
+    const double residual_mm = number(made, "residual_mm", i);
+    EXPECT_GE(number(made, "sigma_mm", i), residual_mm);
+    gives_way += residual_mm > 0.01;
+  }
+  EXPECT_TRUE(run.err.starts_with("truepose: " + std::to_string(gives_way) + ' ')) << run.err;
+  EXPECT_EQ(
+      compensate({"--joints", file(rows), "--most-residual", "180", "--most-residual-mm", "1000"}).exit_code,
+      0);
 }
 
 TEST_F(Compensate, TakesNoRadiansForDegreesAndNoMetresForMillimetres) {

@@ -43,12 +43,17 @@ constexpr std::string_view kDampedNote =
     "next to the wrist singularity, here first: the TCP comes to its position, its orientation is corrected "
     "as far as axes 4 and 6 need not turn far for it (--singular-bound)";
 
+constexpr std::string_view kGivesWayNote =
+    "next to the wrist singularity, here first: the TCP comes only a part of the way to its position, as its "
+    "orientation would be worse than without a correction; move the point away from there";
+
 struct Correction {
   std::array<double, 6> values{};  // as in Position, mm and deg
   StatusTurn status_turn;
   double mm = 0, deg = 0;
   bool is_none = false;
   bool is_damped = false;  // its orientation is not what it should be
+  bool gives_way = false;  // nor its position
 };
 
 std::optional<int> bits(const std::optional<krl::Number>& number) {
@@ -186,7 +191,8 @@ class Compensator {
     Correction result{.mm = (X_new.translation() - X.translation()).norm(), .deg = rad * kDegPerRad};
     if (std::string why = too_large(result.mm); !why.empty()) return std::unexpected(why);
 
-    result.is_damped = solved->damped && solved->residual_rad > kUnmoved_rad;
+    result.gives_way = solved->residual_mm > kUnmoved_mm;
+    result.is_damped = !result.gives_way && solved->damped && solved->residual_rad > kUnmoved_rad;
     result.is_none = result.mm < kUnmoved_mm && rad < kUnmoved_rad;
     result.status_turn = inverse_.of_joints(solved->q, StatusTurn{bits(point.position.status).value_or(0),
                                                                   bits(point.position.turn).value_or(0)});
@@ -220,6 +226,7 @@ class Compensator {
     state.q = *q;
     auto result = correction(step, point, *q);
     if (!result) return leave(step, result.error());
+    if (result->gives_way) note_once(kGivesWayNote, step.spot);
     if (result->is_damped) note_once(kDampedNote, step.spot);
     state.correction = *result;
   }

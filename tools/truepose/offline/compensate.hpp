@@ -27,6 +27,7 @@ struct CompensateOptions {
   bool position_only = false;
   std::string unit;                ///< "deg" or "rad" where it is said what turning joints are given in
   double most_residual_deg = 0.1;  ///< of orientation, beyond which a row is counted
+  double most_residual_mm = 0.01;  ///< of position, likewise
 
   // A KRL program
   std::filesystem::path src, dat, config_dat, out_dat;

@@ -131,6 +131,8 @@ Command compensate_command() {
                "Rows of which more orientation (deg) is given up next to a singularity are counted, and the command "
                "ends with 1",
                {.shows_default = true, .check = in_range(0.0, 180.0), .excludes = {"--program"}}),
+           Option("--most-residual-mm", &o.most_residual_mm, "The same for the position (mm)",
+                  {.shows_default = true, .check = in_range(0.0, 1000.0), .excludes = {"--program"}}),
            Option(
                "--temperatures", &c.temperature_c,
                "Of the drives (C), one a joint, for a model that knows what warmth does; otherwise its reference",

@@ -102,7 +102,7 @@ Target target_of(TargetRow row, TargetForm form, const RobotModel& robot, bool i
 struct ReachedTarget {
   JointVector q_nominal;
   CompensatedTarget compensated;
-  std::optional<double> sigma_mm;  ///< of the position where the arm will stand
+  std::optional<double> sigma_mm;  ///< of the position where the arm will stand, with what is given up of it
 };
 
 /// What is told of a target beside its joints, deg and mm.
@@ -268,7 +268,8 @@ class Targets {
     const auto compensated = compensate(target, *q);
     if (!compensated) return std::unexpected(described(compensated.error(), nominal_));
     ReachedTarget reached{.q_nominal = *q, .compensated = *compensated, .sigma_mm = {}};
-    if (sigma_.is_known()) reached.sigma_mm = sigma_.at(compensated->q, target.e);
+    if (sigma_.is_known())
+      reached.sigma_mm = std::hypot(sigma_.at(compensated->q, target.e), compensated->residual_mm);
     return reached;
   }
 
@@ -314,6 +315,26 @@ class Targets {
   TargetCompensation compensation_;
 };
 
+/// The rows that give up more than was allowed.
+struct GivenUp {
+  double most;  ///< allowed
+  std::size_t rows = 0, worst_row = 0;
+  double worst = 0;
+
+  void see(double value, std::size_t row) {
+    if (value > most) ++rows;
+    if (value <= worst) return;
+    worst = value;
+    worst_row = row;
+  }
+  /// @param unit  "mm of position"
+  std::string text(std::size_t of_rows, const std::string& unit) const {
+    return std::to_string(rows) + " of " + std::to_string(of_rows) + " rows give up more than " +
+           formatted("%g", most) + ' ' + unit + " next to a singularity, row " + std::to_string(worst_row) +
+           " the most (" + formatted("%.2f", worst) + ' ' + unit.substr(0, unit.find(' ')) + ")";
+  }
+};
+
 /// Where the results go: rows at once, what must be whole at the end.
 class Output {
  public:
@@ -325,7 +346,9 @@ class Output {
         tells_sigma_(targets.tells_sigma()),
         is_tool_measured_(targets.is_tool_measured()),
         tells_base_(targets.tells_base()),
-        report_{nominal.name, file, targets.is_position_only(), {}} {
+        report_{nominal.name, file, targets.is_position_only(), {}},
+        turned_{.most = options.most_residual_deg},
+        displaced_{.most = options.most_residual_mm} {
     document_["joints"] = json::array{};
     for (const ReachColumn& column : columns_) document_[column.name] = json::array{};
     if (!options.out_file.empty() && options.out_file != kStandard) out_.emplace(options.out_file);
@@ -344,12 +367,8 @@ class Output {
   /// @param flush  a reader may be waiting for this row before it sends the next
   void add(const ReachedTarget& target, std::size_t row, bool flush) {
     ++rows_;
-    const double given_up_deg = target.compensated.residual_rad * kDegPerRad;
-    if (given_up_deg > options_.most_residual_deg) ++given_up_;
-    if (given_up_deg > most_given_up_deg_) {
-      most_given_up_deg_ = given_up_deg;
-      worst_row_ = row;
-    }
+    turned_.see(target.compensated.residual_rad * kDegPerRad, row);
+    displaced_.see(target.compensated.residual_mm, row);
     if (std::ostream* out = csv()) {
       write_line(*out, row_of(target));
       if (flush) out->flush();
@@ -363,20 +382,22 @@ class Output {
     if (report_file_) report_.rows.push_back(report_row(nominal_, target));
   }
 
-  /// @return whether every row keeps its orientation as well as was asked for
+  /// @return whether every row keeps its orientation and position as well as was asked for
   bool finish() {
     if (report_file_) report_file_->stream() << report::render_compensation_html(report_);
     if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
     if (tells_sigma_ && !options_.base.empty() && !tells_base_) note(kBaseGiven);
-    if (given_up_ > 0)
+    if (turned_.rows > 0)
       say_beside(
-          "truepose: " + std::to_string(given_up_) + " of " + std::to_string(rows_) +
-          " rows give up more than " + formatted("%g", options_.most_residual_deg) +
-          " deg of orientation next to a singularity, row " + std::to_string(worst_row_) + " the most (" +
-          formatted("%.2f", most_given_up_deg_) +
-          " deg): what is far from the point that stays exact is off by that; move these targets away from there, or "
-          "allow it by --most-residual");
+          "truepose: " + turned_.text(rows_, "deg of orientation") +
+          ": what is far from the point that stays exact is off by that; move these targets away from there, "
+          "or allow it by --most-residual");
+    if (displaced_.rows > 0)
+      say_beside(
+          "truepose: " + displaced_.text(rows_, "mm of position") +
+          ": the orientation would be worse than without a correction; move these targets away from there, or "
+          "allow it by --most-residual-mm");
     if (options_.as_json) std::cout << control::json_text(document_) << '\n';
     flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {
@@ -385,7 +406,7 @@ class Output {
     for (auto* file : {&out_, &report_file_}) {
       if (*file) (*file)->take_place();
     }
-    return given_up_ == 0;
+    return turned_.rows == 0 && displaced_.rows == 0;
   }
 
  private:
@@ -424,8 +445,8 @@ class Output {
   std::optional<UnfinishedFile> out_, report_file_;
   json::object document_;
   report::CompensationReport report_;
-  std::size_t rows_ = 0, given_up_ = 0, worst_row_ = 0;
-  double most_given_up_deg_ = 0;
+  std::size_t rows_ = 0;
+  GivenUp turned_, displaced_;
 };
 
 }  // namespace
