@@ -14,7 +14,7 @@ namespace {
 constexpr double kUsualNoise_mm = 0.03;  // of a coordinate: what trackers read by and arms come back by
 constexpr double kLessKnown = 2;         // times the variance of those measured
 constexpr int kPosesElsewhere = 200;
-constexpr double kChance = 2;  // standard deviations that what is left may be more by chance
+constexpr double kChance = 1;  // standard deviations that what is left may be more by chance
 
 /// Trace of what the parameters and the residual field leave open of a position, mm^2.
 double open_mm2(const Calibration& result, const JointVector& q, int smr, Approach approach = {}) {

@@ -154,6 +154,7 @@ TEST(LayersOfAnyArm, FittedToAQuarterOfEachJointsRangeAreSafeInTheRest) {
 struct Held {
   int within = 0, all = 0;
 
+  double share() const { return static_cast<double>(within) / all; }
   void count(const Calibration& calibration, const SimulatedCampaign& campaign) {
     for (std::size_t i = 0; i < campaign.data.points.size(); ++i) {
       const Measurement& m = campaign.data.points[i];
@@ -180,6 +181,37 @@ TEST(ResidualField, IsKnownAsWellAsItsIntervalsSay) {
   std::cout << held.within << " of " << held.all << " coordinates within\n";
   EXPECT_GT(held.within, widened(0.93, -0.02) * held.all);
   EXPECT_LT(held.within, widened(0.97, 0.01) * held.all);
+}
+
+TEST(LayersOfAnyArm, AreKnownAsWellAsTheIntervalsSayAfterTheirSelection) {
+  struct Choice {
+    std::string name;
+    CalibrateOptions options;
+  };
+  const MeasurementNoise noise{.tracker = {.range_mm = kTrackerNoise_mm, .transverse_mm = kTrackerNoise_mm},
+                               .repeatability_mm = kRepeatability_mm};
+  const std::vector<Choice> choices{{"geometry", {.noise = noise}},
+                                    {"deviations", {.noise = noise, .deviation = true}},
+                                    {"field", {.noise = noise, .residual = kAnyField}},
+                                    {"both", {.noise = noise, .deviation = true, .residual = kAnyField}}};
+  std::cout << "seeds from 5000\n";
+  for (const Choice& choice : choices) {
+    Held held;
+    std::map<std::string, Held> by_errors;
+    for (int trial = 0; trial < trials(400); ++trial) {
+      const ErrorSizes& sizes = kSizes[static_cast<std::size_t>(trial) % kSizes.size()];
+      const Study study = study_of(static_cast<std::uint64_t>(5000 + trial), sizes, false);
+      const auto fit = calibrate(study.nominal, study.campaign.data, choice.options);
+      ASSERT_TRUE(fit) << fit.error().detail;
+      held.count(*fit, study.campaign);
+      by_errors[sizes.name].count(*fit, study.campaign);
+    }
+    for (const auto& [name, part] : by_errors)
+      std::cout << choice.name << ", " << name << ": " << part.share() << '\n';
+    std::cout << choice.name << ": " << held.share() << " of the coordinates within\n";
+    EXPECT_GT(held.share(), widened(0.93, -0.02)) << choice.name;
+    EXPECT_LT(held.share(), widened(0.97, 0.01)) << choice.name;
+  }
 }
 
 TEST(ResidualField, SaysThatItKnowsLittleWhereNothingWasMeasured) {
