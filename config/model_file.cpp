@@ -231,6 +231,7 @@ void layout(auto& io, Is<ModelFile> auto& x) {
   io.optional("several_payloads", Unless{false, x.several_payloads});
   io.optional("station", x.station);
   io.optional("noise", x.noise);
+  io.defaulted("misfit_mm", x.misfit_mm, kNotNegative);
   io.optional("validation_distances2", x.validation_distances2);
   io.optional("covariance", x.covariance, LowerTriangle{ParameterLayout::of(x.cell).size()});
   io.optional("thermal", x.thermal);

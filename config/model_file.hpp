@@ -36,6 +36,7 @@ struct ModelFile {
   /// check judges by. Empty in files of before.
   Eigen::MatrixXd covariance;
   std::optional<MeasurementNoise> noise;
+  double misfit_mm = 0;  ///< as Calibration's
   std::vector<double> validation_distances2;  ///< as DriftReference's
   std::optional<ThermalResponse> thermal;     ///< where warmth was identified; all else is of its reference
   std::string updates;  ///< the model that this one brings up to date, by id or file; empty: none

@@ -415,6 +415,7 @@ config::ModelFile StoreJournal::calibrated_model(const CampaignResult& result) c
   file.parameters = found.calibration.parameters;
   file.covariance = found.calibration.covariance;
   file.noise = found.noise;
+  file.misfit_mm = found.calibration.misfit_mm;
   file.validation_distances2 = found.validation_distances2;
   file.verdict = found.verdict;
   if (validate) file.validation_mean_mm = validate->after.mean;

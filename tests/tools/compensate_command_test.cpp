@@ -44,6 +44,7 @@ class Compensate : public testing::Test {
     model.covariance = Eigen::VectorXd::Constant(size, 1e-10).asDiagonal();
     model.noise =
         MeasurementNoise{.tracker = {.range_mm = 0.005, .transverse_mm = 0.005}, .repeatability_mm = 0.02};
+    model.misfit_mm = 0.015;
     return model;
   }
 
@@ -261,8 +262,8 @@ TEST_F(Compensate, EveryTargetHasTheStandardDeviationOfItsPosition) {
   const std::string targets = file(std::string(kJoints) + kRegularRow + kSingularRow);
   const json::object found = document({"--joints", targets});
   for (std::size_t i = 0; i < 2; ++i) {
-    const double variance =
-        position_covariance(model_.cell, model_.covariance, joints(found, i), 0).trace() + 3 * 0.02 * 0.02;
+    const double variance = position_covariance(model_.cell, model_.covariance, joints(found, i), 0).trace() +
+                            3 * (0.02 * 0.02 + 0.015 * 0.015);
     EXPECT_NEAR(number(found, "sigma_mm", i), std::sqrt(variance), 1e-9);
   }
   EXPECT_FALSE(found.contains("notes"));

@@ -194,6 +194,7 @@ config::ModelFile model_of(const CalibrateCommand& command, const RobotModel& ro
                           .validation_mean_mm = calibration.validate ? calibration.validate->after.mean : 0,
                           .covariance = calibration.covariance,
                           .noise = outcome.noise,
+                          .misfit_mm = calibration.misfit_mm,
                           .validation_distances2 = outcome.distances2,
                           .thermal = response_to_temperatures(calibration),
                           .verdict = verdict,

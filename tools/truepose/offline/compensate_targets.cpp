@@ -184,10 +184,10 @@ class Table {
   MeasuredFrame workpiece_;
 };
 
-/// Standard deviation (length of the vector, mm) of where the arm will put the TCP, told by the covariances
-/// of model and tool and the arm's repeatability. Without a tool that of the first reflector: of that point
-/// the measurements tell, while what they know of the arm alone is mixed with what they know of base and
-/// tool.
+/// Standard deviation (length of the vector, mm) of where the arm will put the TCP, by the covariances of
+/// model and tool, what the model leaves, and the arm's repeatability. Without a tool that of the first
+/// reflector: of that point the measurements tell, while what they know of the arm alone is mixed with what
+/// they know of base and tool.
 ///
 /// On a positioner's table, or in a base that was measured, it is of where the TCP will be in the workpiece:
 /// both were measured for themselves, and so err for themselves. (A base that this arm touched errs less
@@ -204,10 +204,10 @@ class PositionSigma {
   }
   /// @param e  joints of the table
   double at(const JointVector& q, const JointVector& e) const {
-    const double repeatability = model_.noise ? model_.noise->repeatability_mm : 0;
+    const double of_arm_mm = std::hypot(model_.noise ? model_.noise->repeatability_mm : 0, model_.misfit_mm);
     const Eigen::Vector3d p_B_mm = forward_kinematics(model_.cell.robot, q) * p_F_mm();
     return std::sqrt(std::max(0.0, of_model(q).trace() + of_workpiece(p_B_mm, e)) +
-                     3 * repeatability * repeatability);
+                     3 * of_arm_mm * of_arm_mm);
   }
 
  private:
