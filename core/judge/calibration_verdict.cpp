@@ -14,6 +14,7 @@
 #include "core/identify/regression_field.hpp"
 #include "core/identify/screening.hpp"
 #include "core/identify/thermal_response.hpp"
+#include "core/judge/chance_of_gain.hpp"
 #include "core/judge/clock_step.hpp"
 #include "core/judge/drift_check.hpp"
 #include "core/judge/joint_coverage.hpp"
@@ -46,6 +47,7 @@ constexpr double kNearerThanNoise = 0.5;     // of the mean error that the state
 constexpr std::size_t kNamed = 4;            // points in one sentence
 constexpr double kLittle = 1.5;              // times the mean error: what of warmth and slips does no harm
 constexpr double kMatters = 0.1;             // of the errors: what far points change of them
+constexpr double kMostBeyondStated = 1.25;   // times: what the statement of a noise may be off by
 constexpr int kFewestRepeats = 6;            // coordinates that are known to scatter
 
 std::vector<std::size_t> far_points(const Calibration& calibration) {
@@ -143,8 +145,26 @@ Finds too_much_left(const Case& of) {
   return Finding{severity, left + ": identify the deviations of the joints too (deviation auto)"};
 }
 
+/// Of a reading of a pose that is measured again and again. A statement of the noise counts as some
+/// residuals, beside those of the model. Where these show more, the noise is as much more, but not for all
+/// that the model does not describe: this is the same each time that the pose is measured.
+KnownNoise noise_of_reference(const Case& of) {
+  double degrees = 3 * static_cast<double>(of.whitening.W.size());
+  for (const IdentifiedParameter& parameter : of.calibration.parameters) degrees -= parameter.data_share;
+  degrees = std::max(1.0, degrees);
+  if (!of.stated || !of.noise_known()) return {of.about, degrees};
+  const double times = of.calibration.sigma0_mm / of.whitening.finest_mm;
+  const double mean_square = (kStatedCounts + degrees * times * times) / (kStatedCounts + degrees);
+  const double as_found = std::min(std::sqrt(mean_square), kMostBeyondStated);
+  KnownNoise known{*of.stated, kStatedCounts + degrees};
+  double& repeatability_mm = known.noise.repeatability_mm;
+  repeatability_mm =
+      std::hypot(repeatability_mm, beyond_noise_mm(of.whitening, as_found * of.whitening.finest_mm));
+  return known;
+}
+
 Finds reference_moved(const Case& of) {
-  auto moved = moved_reference(of.reference_mm, of.stated.value_or(of.about), of.judged.predicted.after.mean);
+  auto moved = moved_reference(of.reference_mm, noise_of_reference(of), of.judged.predicted.after.mean);
   if (!moved) return std::nullopt;
   return refusal(*std::move(moved));
 }

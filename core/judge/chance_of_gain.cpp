@@ -9,8 +9,7 @@
 namespace truepose {
 namespace {
 
-constexpr double kHalved = 0.5;       // of the standard deviation
-constexpr double kStatedCounts = 10;  // residuals: a stated noise is known to a quarter
+constexpr double kHalved = 0.5;  // of the standard deviation
 constexpr double kQuarterMore = 1.25;
 constexpr double kSeldom = 1000;  // is a noise that is up to a quarter more than stated
 

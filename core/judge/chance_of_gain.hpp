@@ -6,6 +6,9 @@
 
 namespace truepose {
 
+/// Residuals that a stated noise counts as: it is known to a quarter.
+inline constexpr double kStatedCounts = 10;
+
 /// What the stated noise says of residuals.
 enum class StatedNoise {
   Explains,

@@ -1,11 +1,12 @@
 #include "core/judge/reference_pose.hpp"
 
 #include <algorithm>
+#include <vector>
 
 #include "core/formatted.hpp"
 #include "core/judge/drift_check.hpp"
 #include "core/math/dense_algebra.hpp"
-#include "core/math/statistics.hpp"
+#include "core/math/f_distribution.hpp"
 
 namespace truepose {
 namespace {
@@ -57,19 +58,34 @@ std::string moment_of(std::span<const Eigen::Vector3d> readings_mm) {
   return {};
 }
 
+/// Part of the chance that the scatter takes: a step, by far the most usual, takes the rest.
+constexpr double kOfScatter = 0.1;
+
+/// Probability that readings of a pose that stayed are as unlikely as these, or more.
+double chance_of(std::span<const Eigen::Vector3d> whitened, double degrees) {
+  const auto n = static_cast<double>(whitened.size());
+  const double all = sum_of_squares(whitened), moments = n - 1;
+  double farthest = 0;
+  for (std::size_t k = 1; k < whitened.size(); ++k)
+    farthest =
+        std::max(farthest, all - sum_of_squares(whitened.first(k)) - sum_of_squares(whitened.subspan(k)));
+  const double scatter = f_tail(all / (3 * moments), 3 * moments, degrees);
+  const double step = moments * f_tail(farthest / 3, 3, degrees);
+  return std::min({1.0, step / (1 - kOfScatter), scatter / kOfScatter});
+}
+
 }  // namespace
 
 std::optional<std::string> moved_reference(std::span<const Eigen::Vector3d> readings_mm,
-                                           const MeasurementNoise& stated, double accuracy_mm) {
+                                           const KnownNoise& noise, double accuracy_mm) {
   if (readings_mm.size() < 2) return std::nullopt;
-  const Eigen::Matrix3d W = inverse_cholesky(reading_covariance(readings_mm.front(), stated));
-  const Eigen::Vector3d mean_mm = mean_of(readings_mm);
-  double distance2 = 0;
-  for (const Eigen::Vector3d& reading : readings_mm) distance2 += (W * (reading - mean_mm)).squaredNorm();
-  const int degrees = 3 * (static_cast<int>(readings_mm.size()) - 1);
+  const Eigen::Matrix3d W = inverse_cholesky(reading_covariance(readings_mm.front(), noise.noise));
+  std::vector<Eigen::Vector3d> whitened;
+  for (const Eigen::Vector3d& reading : readings_mm) whitened.push_back(W * (reading - readings_mm.front()));
+  const double degrees = 3 * (static_cast<double>(readings_mm.size()) - 1);
   const bool large = farthest_step_mm(readings_mm) > kLargeFactor * accuracy_mm ||
-                     distance2 > kMostScatter * kMostScatter * degrees;
-  if (!large || chi_square_tail(distance2, degrees) >= kSignificance) return std::nullopt;
+                     sum_of_squares(whitened) > kMostScatter * kMostScatter * degrees;
+  if (!large || chance_of(whitened, noise.degrees) >= kSignificance) return std::nullopt;
   return formatted(
       "the reference pose did not stay where it was: its %zu measurements are up to %.3f mm apart%s",
       readings_mm.size(), farthest_apart_mm(readings_mm), moment_of(readings_mm).c_str());
