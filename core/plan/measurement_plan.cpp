@@ -115,7 +115,10 @@ void put_in_order(MeasurementPlan& plan, const Scene& scene, const PlanOptions& 
                            .reference_every = options.reference_every,
                            .seed = options.seed,
                            .progress = options.progress};
-  const TourTimes times{time, poses, tour_options};
+  const TravelTime direct_time = [&](const JointVector& from, const JointVector& to) {
+    return travel_time_s(scene.robot, from, to);
+  };
+  const TourTimes times{time, direct_time, poses, tour_options};
   const Tour tour = shortest_tour(times, tour_options);
   plan.travel_s = tour.time_s;
   plan.random_travel_s = time_of_random_orders(times, options.random_sets, random);
@@ -125,7 +128,7 @@ void put_in_order(MeasurementPlan& plan, const Scene& scene, const PlanOptions& 
   const std::vector<JointVector> drawn = draw_validation(plan, options.validate, random);
   tour_options.start = plan.poses.back();
   tour_options.first = 0;
-  for (const std::size_t k : shortest_tour({time, drawn, tour_options}, tour_options).order)
+  for (const std::size_t k : shortest_tour({time, direct_time, drawn, tour_options}, tour_options).order)
     plan.validate.push_back(drawn[k]);
 }
 

@@ -38,18 +38,27 @@ struct Tour {
   double time_s = 0;  ///< of all motions from the start to the last pose, visits to the reference included
 };
 
-/// Times of all motions of which a tour may consist, taken to be the same both ways, each asked for once. The
-/// reference is visited before the first pose, after every `reference_every` poses, and after the last.
+/// Times of all motions of which a tour may consist, taken to be the same both ways, each asked for at most
+/// once, and only where the tour may take that motion. The reference is visited before the first pose, after
+/// every `reference_every` poses, and after the last.
 class TourTimes {
  public:
-  TourTimes(const TravelTime& time, std::span<const JointVector> poses, const TourOptions& options);
+  /// @param at_least  quick to ask for, never more than `time`
+  TourTimes(TravelTime time, const TravelTime& at_least, std::span<const JointVector> poses,
+            const TourOptions& options);
 
-  std::size_t poses() const { return poses_; }
+  std::size_t poses() const { return poses_.size(); }
   std::size_t reference_every() const { return every_; }
 
-  double between(std::size_t a, std::size_t b) const { return between_[a * poses_ + b]; }
+  double between(std::size_t a, std::size_t b) const;
+  /// The same where it is known by now, else a time that it does not fall below.
+  double at_least(std::size_t a, std::size_t b) const { return times_[a * poses() + b].s; }
   /// To a pose that is visited first.
   double from_start(std::size_t a) const { return from_start_[a]; }
+  double from_reference(std::size_t a) const { return from_reference_[a]; }
+  /// Whether the arm comes to this place of an order, neither the first nor behind the last, by the
+  /// reference.
+  bool visits(std::size_t place) const { return every_ > 0 && place % every_ == 0; }
 
   /// Time that an order takes, s.
   double total(std::span<const std::size_t> order) const {
@@ -60,16 +69,23 @@ class TourTimes {
   double part(std::span<const std::size_t> order, std::size_t first, std::size_t end) const;
 
  private:
+  struct Known {
+    double s;
+    bool exact;
+  };
   double to(std::size_t place, std::span<const std::size_t> order) const;
 
-  std::size_t poses_;
+  std::vector<JointVector> poses_;
+  TravelTime time_;
   std::size_t every_;
-  std::vector<double> between_, from_start_, from_reference_;
+  mutable std::vector<Known> times_;
+  std::vector<double> from_start_, from_reference_;
 };
 
 /// An order that takes little time: nearest neighbours, then 2-opt and or-opt to a local optimum, again and
-/// again after a double bridge (iterated local search). Source: Lourenco, Martin, Stutzle, Iterated Local
-/// Search (2003); Or (1976).
+/// again after a double bridge (iterated local search). Of many poses a change is tried only where it brings
+/// near neighbours together, so that a pass is linear in them. Source: Lourenco, Martin, Stutzle, Iterated
+/// Local Search (2003); Or (1976); Johnson, McGeoch, The traveling salesman problem: a case study (1997).
 ///
 /// @param options  those of the times
 Tour shortest_tour(const TourTimes& times, const TourOptions& options);
