@@ -15,7 +15,7 @@
 namespace truepose {
 
 template <>
-inline constexpr int kMembers<config::ModelFile> = 17;
+inline constexpr int kMembers<config::ModelFile> = 18;
 template <>
 inline constexpr int kMembers<CalibrationVerdict> = 1;
 template <>
