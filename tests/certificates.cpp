@@ -25,9 +25,9 @@ void Certificates::make(const std::string& name) const {
   std::filesystem::permissions(key(name), std::filesystem::perms::owner_read);
 }
 
-void Certificates::expire(const std::string& name) const {
-  openssl(
-      {"x509", "-in", certificate(name), "-signkey", key(name), "-days", "-1", "-out", certificate(name)});
+void Certificates::end_in(const std::string& name, int days) const {
+  openssl({"x509", "-in", certificate(name), "-signkey", key(name), "-days", std::to_string(days), "-out",
+           certificate(name)});
 }
 
 std::string Certificates::fingerprint(const std::string& name) const {

@@ -13,8 +13,8 @@ class Certificates {
 
   /// One that vouches for itself, for "localhost" and 127.0.0.1, and holds for 100 days.
   void make(const std::string& name) const;
-  /// Has it ended yesterday.
-  void expire(const std::string& name) const;
+  /// Has it end in so many days; -1 is yesterday.
+  void end_in(const std::string& name, int days) const;
   std::filesystem::path certificate(const std::string& name) const { return folder_ / (name + ".pem"); }
   std::filesystem::path key(const std::string& name) const { return folder_ / (name + ".key"); }
   /// SHA-256, 64 digits.

@@ -17,10 +17,10 @@ namespace truepose::control {
 
 namespace {
 
-std::chrono::system_clock::time_point time_of(const ASN1_TIME* time) {
+std::chrono::sys_seconds time_of(const ASN1_TIME* time) {
   std::tm utc{};
   if (ASN1_TIME_to_tm(time, &utc) != 1) throw std::runtime_error{"a certificate without a time"};
-  return std::chrono::system_clock::from_time_t(::timegm(&utc));
+  return std::chrono::sys_seconds{std::chrono::seconds{::timegm(&utc)}};
 }
 
 std::string common_name(const x509_st& certificate) {
@@ -56,8 +56,9 @@ std::expected<Certificate, std::string> read_certificate(std::string_view pem) {
 }
 
 std::string validity_fault(const Certificate& certificate, std::chrono::system_clock::time_point now) {
-  if (now < certificate.from) return "is not valid before " + rfc3339(certificate.from);
-  if (now > certificate.until) return "expired on " + rfc3339(certificate.until);
+  const auto second = std::chrono::floor<std::chrono::seconds>(now);
+  if (second < certificate.from) return "is not valid before " + rfc3339(certificate.from);
+  if (second > certificate.until) return "expired on " + rfc3339(certificate.until);
   return {};
 }
 

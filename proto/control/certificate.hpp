@@ -13,7 +13,8 @@ namespace truepose::control {
 struct Certificate {
   std::string fingerprint;  ///< SHA-256 of the DER form, 64 digits
   std::string name;         ///< common name of its subject
-  std::chrono::system_clock::time_point from, until;
+  /// Seconds: the year 9999, which stands for no end (RFC 5280, 4.1.2.5), is beyond system_clock's range.
+  std::chrono::sys_seconds from, until;
 };
 
 Certificate facts_of(const x509_st& certificate);

@@ -188,15 +188,28 @@ std::expected<json::value, std::string> parse_json(std::string_view text) {
   return builder.values.release();
 }
 
-std::string rfc3339(std::chrono::system_clock::time_point time) {
+namespace {
+
+std::string rfc3339_of(std::chrono::sys_days day, std::chrono::milliseconds since_midnight) {
   using namespace std::chrono;
-  const auto day = floor<days>(time);
   const year_month_day date{day};
-  const hh_mm_ss clock{floor<milliseconds>(time - day)};
+  const hh_mm_ss clock{since_midnight};
   return formatted("%04d-%02u-%02uT%02d:%02d:%02d.%03dZ", static_cast<int>(date.year()),
                    static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
                    static_cast<int>(clock.hours().count()), static_cast<int>(clock.minutes().count()),
                    static_cast<int>(clock.seconds().count()), static_cast<int>(clock.subseconds().count()));
+}
+
+}  // namespace
+
+std::string rfc3339(std::chrono::system_clock::time_point time) {
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  return rfc3339_of(day, std::chrono::floor<std::chrono::milliseconds>(time - day));
+}
+
+std::string rfc3339(std::chrono::sys_seconds time) {
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  return rfc3339_of(day, time - day);
 }
 
 }  // namespace truepose::control

@@ -22,5 +22,6 @@ std::expected<boost::json::value, std::string> parse_json(std::string_view text)
 
 /// A time in it: UTC with milliseconds, "2026-11-21T10:48:00.123Z".
 std::string rfc3339(std::chrono::system_clock::time_point time);
+std::string rfc3339(std::chrono::sys_seconds time);
 
 }  // namespace truepose::control

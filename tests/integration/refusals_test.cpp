@@ -150,7 +150,7 @@ TEST(TheDaemon, EndsWithTheSameCodeWhetherItStartsOrChecksItsFiles) {
                                 {"  #  key: tls/", "    key: "}}}};
   const Certificates certificates{cell.folder()};
   certificates.make("daemon");
-  certificates.expire("daemon");
+  certificates.end_in("daemon", -1);
   const auto ends = [&cell] {
     return std::pair{run_daemon(cell).exit_code, run_daemon(cell, {"--check"}).exit_code};
   };
