@@ -161,7 +161,8 @@ std::optional<Fitted> fitted(const PossibleChange& candidate, const Observed& se
                    .sigma = found.sigma,
                    .distance2 = found.left.squaredNorm(),
                    .degrees = equations - found.rank};
-  cause.probability = ErrorLaw(reference.validation_distances2).tail(found.left, cause.degrees);
+  cause.probability =
+      ErrorLaw(reference.validation_distances2).tail(found.left, cause.degrees, points_per_stop(points));
   cause.score = cause.distance2 + found.rank * std::log(equations);
   return Fitted{std::move(cause), std::move(cell)};
 }

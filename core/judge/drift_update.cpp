@@ -6,6 +6,7 @@
 
 #include "core/formatted.hpp"
 #include "core/judge/drift_evidence.hpp"
+#include "core/judge/measured_order.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/error_law.hpp"
@@ -284,7 +285,8 @@ std::vector<Measurement> right_points(const DriftUpdate& update, std::span<const
 
 bool agree(std::span<const Measurement> points, const DriftReference& reference, const ErrorLaw& law) {
   const auto residuals = drift_residuals(reference, reference.cell, points);
-  return residuals && law.tail(residuals->r, static_cast<int>(residuals->r.size())) >= kSignificance;
+  return residuals && law.tail(residuals->r, static_cast<int>(residuals->r.size()),
+                               points_per_stop(points)) >= kSignificance;
 }
 
 /// Whether points that the update has not seen are still as far off as without it.
@@ -305,7 +307,7 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
   tell_errors(reference, points, alone, update);
   const int degrees = degrees_left(*fit);
   const ErrorLaw law(reference.validation_distances2);
-  update.probability = law.tail(fit->posterior.left, std::max(1, degrees));
+  update.probability = law.tail(fit->posterior.left, std::max(1, degrees), points_per_stop(points));
 
   const bool enough_left = degrees >= static_cast<int>(points.size());
   const auto link = likelier_link(reference, points, *fit);

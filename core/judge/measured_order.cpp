@@ -62,4 +62,8 @@ std::vector<std::vector<std::size_t>> stops_of(std::span<const Measurement> poin
   return stops;
 }
 
+double points_per_stop(std::span<const Measurement> points) {
+  return static_cast<double>(points.size()) / static_cast<double>(stops_of(points).size());
+}
+
 }  // namespace truepose

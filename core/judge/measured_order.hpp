@@ -16,4 +16,7 @@ std::vector<std::size_t> measured_order(std::span<const Measurement> points);
 /// Points that one stop of the arm shows: of one pose and station, one after the other.
 std::vector<std::vector<std::size_t>> stops_of(std::span<const Measurement> points);
 
+/// How many reflectors a stop has, on average.
+double points_per_stop(std::span<const Measurement> points);
+
 }  // namespace truepose

@@ -23,8 +23,8 @@ struct KnownNoise {
 /// noise explains, and moved by more than matters to a model of this accuracy.
 ///
 /// Two tests share kSignificance: whether the readings before a moment and those after it are too far apart,
-/// and whether all scatter too much. The first shows a single step more clearly. Both are F tests, because the
-/// noise is an estimate.
+/// and whether all scatter too much. The first shows a single step more clearly. Both are F tests, because
+/// the noise is an estimate.
 ///
 /// @param accuracy_mm  mean error of the model
 /// @return a clause; nothing where it stayed, or was measured less than twice

@@ -42,12 +42,14 @@ double log_likelihood(std::span<const double> validation, const Tails& tails, do
 }
 
 /// Of all points together: the sum of the logarithms is nearly gamma distributed.
-double tail_of_all(const Eigen::VectorXd& r, int degrees, const Tails& tails, double mean_square) {
+double tail_of_all(const Eigen::VectorXd& r, int degrees, double alike, const Tails& tails,
+                   double mean_square) {
   const double width = tails.freedom * tails.scale(mean_square), points = degrees / 3.0;
   double sum = 0;
   for (Eigen::Index row = 0; row < r.size(); row += 3)
     sum += std::log1p(r.segment<3>(row).squaredNorm() / width);
-  return gamma_tail(sum * tails.mean / tails.variance, points * tails.mean * tails.mean / tails.variance);
+  const double variance = alike * tails.variance;
+  return gamma_tail(sum * tails.mean / variance, points * tails.mean * tails.mean / variance);
 }
 
 /// Share of the beta distribution (freedom / 2, 3 / 2) up to x.
@@ -90,13 +92,13 @@ ErrorLaw::ErrorLaw(std::span<const double> validation) {
   std::erase_if(laws_, [](const Law& each) { return each.probability < kHardly; });
 }
 
-double ErrorLaw::tail(const Eigen::VectorXd& r, int degrees) const {
+double ErrorLaw::tail(const Eigen::VectorXd& r, int degrees, double alike) const {
   if (laws_.empty()) return chi_square_tail(r.squaredNorm(), degrees);
   // Two questions, of which the second, about a point that is wrong by itself, takes a tenth of the chance.
   constexpr double kOfWorst = 0.1;
   double all = 0, worst = 0;
   for (const auto& [tails, mean_square, probability] : laws_) {
-    all += probability * tail_of_all(r, degrees, *tails, mean_square);
+    all += probability * tail_of_all(r, degrees, alike, *tails, mean_square);
     worst += probability * tail_of_worst(r, *tails, mean_square);
   }
   return std::min({1.0, all / (1 - kOfWorst), worst / kOfWorst});

@@ -21,8 +21,10 @@ class ErrorLaw {
   ///
   /// @param r        whitened residuals, three a point
   /// @param degrees  of freedom that they have: fewer than their number where something was fitted to them
+  /// @param alike    how many of the points are large or small together, on average: those of one stop, which
+  ///                 all show what the model does not describe of the arm there
   /// Source: Lange, Little, Taylor, Robust statistical modeling using the t distribution, JASA 84 (1989).
-  double tail(const Eigen::VectorXd& r, int degrees) const;
+  double tail(const Eigen::VectorXd& r, int degrees, double alike = 1) const;
 
   struct Tails;
 

@@ -6,6 +6,7 @@
 
 #include "core/judge/drift_check.hpp"
 #include "core/judge/drift_update.hpp"
+#include "core/judge/measured_order.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
@@ -161,20 +162,23 @@ TEST(DriftCheckOverManyArms, NoticesATrackerThatMovedByMoreTheMoreItMoved) {
   EXPECT_GE(last, least_rate(0.99));
 }
 
-/// Part of the checks that are not ok, of five random points each that the calibration has not seen, over
+/// Part of the checks that are not ok, of five random poses each that the calibration has not seen, over
 /// random calibrations of a real arm in which nothing changed.
-double warned_of_real_arm(const RobotModel& robot, const std::vector<Measurement>& points, bool deviation) {
+double warned_of_real_arm(const RobotModel& robot, const MeasurementData& arm, bool deviation,
+                          double moved_mm = 0) {
+  const std::vector<Measurement>& points = arm.points;
   constexpr int kIdentify = 100, kValidate = 40, kChecks = 100;
+  const auto poses = static_cast<double>(stops_of(points).size());
   constexpr int kWarmFrom = 600;  // of 1800 rows: until then the arm warms up
   const int runs = trials(20);
   int warned = 0;
   for (int run = 0; run < runs; ++run) {
     Random random(static_cast<std::uint64_t>(run));
-    MeasurementData data{{"1"}, points};
-    split_poses(data, static_cast<double>(kIdentify + kValidate) / static_cast<double>(points.size()),
-                random.next());
+    MeasurementData data = arm;
+    split_poses(data, (kIdentify + kValidate) / poses, random.next());
     std::vector<Measurement> unseen = points_of(data, PoseSet::Validate);
     std::erase_if(unseen, [](const Measurement& point) { return point.row < kWarmFrom; });
+    const std::vector<std::vector<std::size_t>> stops = stops_of(unseen);
     data.points = points_of(data, PoseSet::Identify);
     split_poses(data, static_cast<double>(kIdentify) / (kIdentify + kValidate), random.next());
     const auto calibration = calibrate(robot, data, {.deviation = deviation});
@@ -183,7 +187,9 @@ double warned_of_real_arm(const RobotModel& robot, const std::vector<Measurement
     const DriftReference reference = reference_of(*calibration, data);
     for (int check = 0; check < kChecks; ++check) {
       std::vector<Measurement> five;
-      for (int i = 0; i < kPoints; ++i) five.push_back(unseen[random.next() % unseen.size()]);
+      for (int i = 0; i < kPoints; ++i)
+        for (const std::size_t k : stops[random.next() % stops.size()]) five.push_back(unseen[k]);
+      for (Measurement& point : five) point.p_WS_mm.x() += moved_mm;
       warned += drift_check(reference, five)->verdict != DriftVerdict::Ok;
     }
   }
@@ -193,13 +199,26 @@ double warned_of_real_arm(const RobotModel& robot, const std::vector<Measurement
 TEST(DriftCheckOfARealArm, SeldomWarnsWhereNothingChanged) {
   const auto arm = real_arm();
   if (!arm) GTEST_SKIP() << "no measurements of a real arm";
-  std::vector<Measurement> points = arm->data.points;
-  std::erase_if(points, [](const Measurement& point) { return point.smr != 0; });
-  const double geometry = warned_of_real_arm(arm->robot, points, false);
-  const double deviations = warned_of_real_arm(arm->robot, points, true);
+  MeasurementData one{{"1"}, arm->data.points};
+  std::erase_if(one.points, [](const Measurement& point) { return point.smr != 0; });
+  const double geometry = warned_of_real_arm(arm->robot, one, false);
+  const double deviations = warned_of_real_arm(arm->robot, one, true);
   std::cout << "a real arm warned of: geometry " << geometry << ", with deviations " << deviations << "\n";
   EXPECT_LE(geometry, widened(0.015, 0.02));
   EXPECT_LE(deviations, widened(0.005, 0.005));
+}
+
+TEST(DriftCheckOfARealArm, SeldomWarnsOfThreeReflectorsThatShareWhatTheArmDoes) {
+  const auto arm = real_arm();
+  if (!arm) GTEST_SKIP() << "no measurements of a real arm";
+  const double geometry = warned_of_real_arm(arm->robot, arm->data, false);
+  const double deviations = warned_of_real_arm(arm->robot, arm->data, true);
+  const double moved = warned_of_real_arm(arm->robot, arm->data, true, 0.2);
+  std::cout << "a real arm of three reflectors warned of: geometry " << geometry << ", with deviations "
+            << deviations << ", moved by 0.2 mm " << moved << "\n";
+  EXPECT_LE(geometry, widened(0.015, 0.02));
+  EXPECT_LE(deviations, widened(0.005, 0.005));
+  EXPECT_GE(moved, widened(0.95, -0.1));
 }
 
 TEST(DriftCheckOverManyArms, LeavesUnchangedOnesWithGearsAlone) {

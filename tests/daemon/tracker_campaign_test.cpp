@@ -109,7 +109,7 @@ TEST_F(TrackerCampaignTest, ATripodThatSlipsFarIsCorrectedButForThePosesAboutTha
   EXPECT_THAT(sentences(result), Contains(HasSubstr("the tracker moved: it stands ")));
   EXPECT_THAT(sentences(result), Contains(HasSubstr("10 poses that were measured while the tracker moved")));
   EXPECT_THAT(result.as<CalibrationResult>().calibration.rejected, IsEmpty());
-  EXPECT_LT(validated_rms_mm(result), 1.3 * undisturbed_mm) << "from 10 poses fewer";
+  EXPECT_LT(validated_rms_mm(result), 1.4 * undisturbed_mm) << "from 10 poses fewer";
   EXPECT_FALSE(result.as<CalibrationResult>().verdict.failed());
 }
 
