@@ -255,12 +255,12 @@ CompensatedTarget TargetCompensation::no_worse_than_none(const Eigen::Isometry3d
                                                          const BeyondGeometry* beyond,
                                                          CompensatedTarget target) const {
   constexpr int kHalvings = 24;
-  constexpr double kRounding = 1e-9;
+  constexpr double kNegligible = 1e-9;
   const PoseMiss none{state_at(q_nominal, p_F_mm, beyond).X_BF, X_BF};
   const JointVector correction = target.q - q_nominal;
   const auto is_worse = [&](double part) {
     const PoseMiss miss{state_at(q_nominal + part * correction, p_F_mm, beyond).X_BF, X_BF};
-    return miss.rad > none.rad + kRounding || miss.mm > none.mm + kRounding * kLength_mm;
+    return miss.rad > none.rad + kNegligible || miss.mm > none.mm + kNegligible * kLength_mm;
   };
   if (!is_worse(1)) return target;
   double good = 0, bad = 1;
