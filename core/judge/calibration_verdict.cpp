@@ -146,7 +146,7 @@ Finds too_much_left(const Case& of) {
 }
 
 /// Of a reading of a pose that is measured again and again. A statement of the noise counts as some
-/// residuals, beside those of the model. Where these show more, the noise is as much more, but not for all
+/// residuals, with those of the model. Where these show more, the noise is as much more, but not for all
 /// that the model does not describe: this is the same each time that the pose is measured.
 KnownNoise noise_of_reference(const Case& of) {
   double degrees = 3 * static_cast<double>(of.whitening.W.size());
