@@ -83,7 +83,8 @@ struct CompensatedTarget {
 /// Where the position can only be had by an orientation that is worse than without a correction, or would
 /// leave a point within 300 mm of the flange worse (with a singularity of the arm near, or axes of the wrist
 /// that do not meet), the correction is shortened until neither is: by the largest part that is no worse.
-/// `residual_mm` is then what the position gives up. About one random target in a hundred needs this. The
+/// `residual_mm` is then what the position gives up. Of random targets this
+/// needs one in fifty on KUKA's wrist and one in eighteen on a UR10 (errors up to 4 mrad an axis). The
 /// rejected alternative, a weight on the position, gives up 30 to 45 % less of it for twice the code.
 ///
 /// Holds for arms whose last three joints turn, of six joints or more; others are never damped.

@@ -29,7 +29,7 @@ struct CellRunnerTest : testing::Test {
               [this](const std::string& why) { done.push_back("abort: " + why); });
     runner.on(CellCommand::PauseCampaign, [this](const std::string&) { done.emplace_back("pause"); });
     runner.on(CellCommand::ResumeCampaign, [this](const std::string&) { done.emplace_back("resume"); });
-    runner.explain_by([] { return "nobody sends"; });
+    runner.explain_by([] { return "no datagram came"; });
   }
   std::vector<json::value> told(control::Topic topic) {
     std::vector<json::value> data;
@@ -121,7 +121,7 @@ TEST_F(CellRunnerTest, EndsAStateThatHasLastedTooLongAtThatMoment) {
   pass(1ms);
   EXPECT_EQ(runner.name(), "fault");
   EXPECT_TRUE(runner.faulted_in_stream());
-  EXPECT_THAT(runner.reason(), testing::StartsWith("no RSI packet could be answered: nobody sends; then"));
+  EXPECT_THAT(runner.reason(), testing::StartsWith("no RSI packet could be answered: no datagram came; then"));
   EXPECT_THAT(done, ElementsAre("stop stream", "close devices"));
 }
 

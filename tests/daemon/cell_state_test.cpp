@@ -155,7 +155,7 @@ TEST(CellState, EveryWayIntoAFaultSaysEachStepOfTheWayOutOnce) {
   for (const CellState& state : kStates) {
     if (std::holds_alternative<Faulted>(state)) continue;
     std::vector<CellEvent> events{ConnectFailed{why}, DeviceLost{why}, StreamFaulted{why}, StoreFailed{why},
-                                  Tick{"nobody sends; look where it goes"}};
+                                  Tick{"no datagram came; look where it goes"}};
     for (const CellEvent& event : events) {
       const CellState next = advance(state, event, t0 + 1h).next;
       const auto* const faulted = std::get_if<Faulted>(&next);
