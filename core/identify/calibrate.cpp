@@ -55,10 +55,11 @@ std::optional<CalibrationError> unusable(const RobotModel& nominal, const Measur
 
 /// Before anything is screened: under a wrong arm good points seem gross. Stations are looked at one by one,
 /// as any mistake of the robot file shows from each.
-std::optional<CalibrationError> wrong_model(const RobotModel& nominal, const MeasurementData& data) {
+std::optional<CalibrationError> wrong_model(const RobotModel& nominal, const MeasurementData& data,
+                                            int jobs) {
   const int stations = data.station_count();
   for (int s = 0; s < stations; ++s) {
-    auto suspicion = suspect(nominal, stations > 1 ? of_station(data, s) : data);
+    auto suspicion = suspect(nominal, stations > 1 ? of_station(data, s) : data, jobs);
     if (!suspicion) continue;
     suspicion->station = s;
     return CalibrationError{CalibrationFault::WrongModel, told_of(data, s) + in_words(*suspicion), suspicion};
@@ -260,7 +261,7 @@ std::expected<Identified, CalibrationError> identified(const RobotModel& nominal
   Screened gross;
   std::optional<std::expected<Identified, CalibrationError>> meanwhile;
   parallel_for(3, options.jobs, [&](int i) {
-    if (i == 0 && check_model) wrong = wrong_model(nominal, data);
+    if (i == 0 && check_model) wrong = wrong_model(nominal, data, options.jobs);
     if (i == 1 && !(alone && wrong)) gross = screened(nominal, data, options);
     if (i == 2 && !alone) meanwhile = identified(nominal, data, options, expected);
   });

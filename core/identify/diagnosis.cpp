@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/identify/robust_fit.hpp"
+#include "core/math/parallel.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -183,8 +184,8 @@ std::string Hypothesis::sentence(const RobotModel& given) const {
 }
 
 Diagnosis::Diagnosis(const RobotModel& arm, std::span<const std::string> smr_names,
-                     std::span<const Measurement> rows, std::size_t poses)
-    : arm_{arm}, names_{smr_names}, rows_{bare(rows)}, poses_{poses} {
+                     std::span<const Measurement> rows, std::size_t poses, int jobs)
+    : arm_{arm}, names_{smr_names}, rows_{bare(rows)}, poses_{poses}, jobs_{jobs} {
   as_given_.mended = {.arm = arm, .points = sampled(rows_, poses), .open = {}};
   rough_mm_ = rough_error(as_given_.mended, names_);
   as_given_.explanation = explanation(as_given_.mended, placed(as_given_.mended, names_));
@@ -237,8 +238,11 @@ double Diagnosis::first_look(const std::vector<Mistake>& mistakes) const {
 
 std::vector<Hypothesis> Diagnosis::shortlist(const std::vector<std::vector<Mistake>>& tries,
                                              double most_rough_mm) const {
-  std::vector<double> rough_mm;
-  for (const std::vector<Mistake>& mistakes : tries) rough_mm.push_back(first_look(mistakes));
+  std::vector<double> rough_mm(tries.size());
+  parallel_for(static_cast<int>(tries.size()), jobs_, [&](int index) {
+    const auto k = static_cast<std::size_t>(index);
+    rough_mm[k] = first_look(tries[k]);
+  });
   if (tries.size() > kShortlist) {
     std::vector<double> sorted = rough_mm;
     std::ranges::nth_element(sorted, sorted.begin() + kShortlist - 1);
@@ -246,12 +250,15 @@ std::vector<Hypothesis> Diagnosis::shortlist(const std::vector<std::vector<Mista
   }
   std::vector<Hypothesis> hypotheses;
   for (std::size_t k = 0; k < tries.size(); ++k) {
-    if (!std::isfinite(rough_mm[k]) || rough_mm[k] > most_rough_mm) continue;
-    Hypothesis next{.mistakes = tries[k], .mended = mended(tries[k])};
+    if (std::isfinite(rough_mm[k]) && rough_mm[k] <= most_rough_mm) hypotheses.push_back({tries[k], {}, {}});
+  }
+  parallel_for(static_cast<int>(hypotheses.size()), jobs_, [&](int index) {
+    Hypothesis& next = hypotheses[static_cast<std::size_t>(index)];
+    next.mended = mended(next.mistakes);
     next.explanation = explanation(next.mended, placed(next.mended, names_));
     settle(next.mended, next.explanation.cell);
-    if (deviates_enough(next.mended)) hypotheses.push_back(std::move(next));
-  }
+  });
+  std::erase_if(hypotheses, [](const Hypothesis& each) { return !deviates_enough(each.mended); });
   return hypotheses;
 }
 

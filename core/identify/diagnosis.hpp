@@ -25,8 +25,9 @@ class Diagnosis {
  public:
   /// @param rows  all points, in the order of the file; kept by reference like the arm and the names
   /// @param poses  at most so many of them are looked at
+  /// @param jobs   threads; the result is the same with any number
   Diagnosis(const RobotModel& arm, std::span<const std::string> smr_names, std::span<const Measurement> rows,
-            std::size_t poses);
+            std::size_t poses, int jobs = 1);
 
   const Hypothesis& as_given() const { return as_given_; }
 
@@ -52,6 +53,7 @@ class Diagnosis {
   std::span<const std::string> names_;
   std::vector<Measurement> rows_;
   std::size_t poses_;
+  int jobs_;
   Hypothesis as_given_;
   double rough_mm_ = 0;  ///< of the arm as given
 };

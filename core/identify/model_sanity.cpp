@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/formatted.hpp"
 #include "core/identify/diagnosis.hpp"
+#include "core/identify/difference_as_sets.hpp"
 #include "core/identify/error_bounds.hpp"
 #include "core/identify/failure_pattern.hpp"
 #include "core/identify/from_a_row_on.hpp"
@@ -13,6 +15,7 @@
 #include "core/identify/reflector_labels.hpp"
 #include "core/identify/row_order.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/parallel.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -25,6 +28,7 @@ constexpr double kBetterOfSeveral = 5;         // times: reflectors whose names 
 constexpr std::size_t kPosesToJudge = 8;       // with fewer, chance and a failed fit explain as much
 constexpr std::size_t kPoses = 40;             // tell a gross mistake as well as more would
 constexpr std::size_t kPosesToIdentify = 150;  // tell a hidden one
+constexpr std::size_t kTriedInAnyOrder = 8;    // mistakes: with 4, two of 30 right ones are missed
 constexpr double kExplained = 0.1;             // what is left of the error once the links are identified
 constexpr double kManyGrossErrors =
     0.25;                     // part of the points: without a reason no arm is refused for so few
@@ -87,9 +91,22 @@ Tries pairs_of(const std::vector<Mistake>& mistakes) {
   return tries;
 }
 
-Tries each_with(const std::vector<Mistake>& mistakes, const Mistake& other) {
+/// Those beside which joints and points agree best as sets, each with the rows in any order.
+Tries likeliest_in_any_order(const std::vector<Mistake>& mistakes, const RobotModel& nominal,
+                             const MeasurementData& data, int jobs) {
+  std::vector<double> difference_mm(mistakes.size());
+  parallel_for(static_cast<int>(mistakes.size()), jobs, [&](int index) {
+    const auto k = static_cast<std::size_t>(index);
+    Claim mended{.arm = nominal, .points = data.points, .open = {}};
+    mistakes[k].mend(mended);
+    difference_mm[k] = difference_as_sets(mended.arm, data.smr_names.size(), mended.points);
+  });
+  std::vector<std::size_t> likeliest(mistakes.size());
+  std::iota(likeliest.begin(), likeliest.end(), 0);
+  std::ranges::stable_sort(likeliest, {}, [&](std::size_t k) { return difference_mm[k]; });
+  likeliest.resize(std::min(likeliest.size(), kTriedInAnyOrder));
   Tries tries;
-  for (const Mistake& mistake : mistakes) tries.push_back({mistake, other});
+  for (const std::size_t k : likeliest) tries.push_back({mistakes[k], unordered_rows(data.smr_names)});
   return tries;
 }
 
@@ -147,7 +164,7 @@ std::optional<Suspicion> told(const std::vector<Hypothesis>& explaining, const D
 
 /// A mistake that shows with base and reflectors alone.
 std::optional<Suspicion> gross_mistake(const Diagnosis& diagnosis, const RobotModel& nominal,
-                                       const MeasurementData& data) {
+                                       const MeasurementData& data, int jobs) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
   const std::vector<Mistake> mistakes = all_mistakes(nominal, data.smr_names);
   std::vector<Mistake> single = mistakes;
@@ -162,14 +179,15 @@ std::optional<Suspicion> gross_mistake(const Diagnosis& diagnosis, const RobotMo
     return std::nullopt;
   if (explaining.empty()) explaining = diagnosis.explaining(pairs_of(mistakes), kAny);
   if (explaining.empty())
-    explaining = diagnosis.explaining(each_with(closed_mistakes(nominal), unordered), kAny);
+    explaining =
+        diagnosis.explaining(likeliest_in_any_order(closed_mistakes(nominal), nominal, data, jobs), kAny);
   return told(explaining, diagnosis, nominal, data);
 }
 
 /// A mistake that hardly shows before the links are identified: a reflector near an axis does not see which
 /// way its joint turns.
-std::optional<Suspicion> hidden_mistake(const RobotModel& nominal, const MeasurementData& data) {
-  const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPosesToIdentify);
+std::optional<Suspicion> hidden_mistake(const RobotModel& nominal, const MeasurementData& data, int jobs) {
+  const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPosesToIdentify, jobs);
   const Explanation& given = diagnosis.as_given().explanation;
   if (given.error_mm() < kShows_mm && given.share_missed() < kGrossErrors) return std::nullopt;
   std::vector<Mistake> mistakes = sign_mistakes(nominal);
@@ -274,19 +292,19 @@ bool reaches_nowhere(const RobotModel& robot) {
   return reach_mm(robot) < kNoArm_mm;
 }
 
-std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data) {
+std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data, int jobs) {
   if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
   if (auto in_metres = all_in_metres(nominal, data)) return in_metres;
   if (auto mixed = mixed_reflectors(nominal, data)) return mixed;
-  const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPoses);
+  const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPoses, jobs);
   const Explanation& given = diagnosis.as_given().explanation;
   const bool off = given.coarse_mm > kDeviates_mm && !merely_deviates(given, kGrossErrors);
   if (off) {
-    if (auto gross = gross_mistake(diagnosis, nominal, data)) return gross;
+    if (auto gross = gross_mistake(diagnosis, nominal, data, jobs)) return gross;
   }
   const bool held = holds_its_flange(nominal, data.points);
   if (!held || given.coarse_mm > kDeviates_mm) {
-    if (auto hidden = hidden_mistake(nominal, data)) return hidden;
+    if (auto hidden = hidden_mistake(nominal, data, jobs)) return hidden;
   }
   if (given.coarse_mm <= kFarthestError_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
   return unexplained(nominal, diagnosis.as_given());

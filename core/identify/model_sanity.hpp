@@ -32,15 +32,15 @@ bool reaches_nowhere(const RobotModel& robot);
 ///
 /// Where base and reflectors alone leave more than 5 mm and no usual deviations of the links explain it,
 /// mistakes are tried alone and, where none explains the points, in pairs, then one beside rows in any
-/// order; where the identified arm leaves
-/// more than a tracker does, those that hardly show before: a sign, a zero or rows out of step, with a
-/// reflector near an axis or poses along a path. A mistake is told only as Diagnosis::explaining() has it.
-/// Without one an arm is refused that leaves more than 50 mm. A mistake that no pose shows, as the sign of an
-/// axis right through the only reflector, is not found and does no harm. Lengths and points both in metres
-/// fit each other: they are told by an arm that reaches next to nowhere.
+/// order; where the identified arm leaves more than a tracker does, those that hardly show before: a sign, a
+/// zero or rows out of step, with a reflector near an axis or poses along a path. A mistake is told only as
+/// Diagnosis::explaining() has it. Without one an arm is refused that leaves more than 50 mm. A mistake that
+/// no pose shows, as the sign of an axis right through the only reflector, is not found and does no harm.
+/// Lengths and points both in metres fit each other: they are told by an arm that reaches next to nowhere.
 ///
 /// @param data  points that calibrate() accepts; all sets are used
+/// @param jobs  threads; the result is the same with any number
 /// @return the best explanation; nothing where nothing is wrong, or fewer than eight poses cannot tell
-std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data);
+std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data, int jobs = 1);
 
 }  // namespace truepose

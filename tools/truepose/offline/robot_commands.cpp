@@ -8,6 +8,7 @@
 #include "config/robot_fix.hpp"
 #include "config/text_file.hpp"
 #include "core/identify/model_sanity.hpp"
+#include "core/math/parallel.hpp"
 #include "tools/truepose/offline/mistake_text.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 
@@ -48,7 +49,7 @@ std::vector<config::TextFile> mended_files(const RobotFix& command, const Suspic
 int run_fix(const RobotFix& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
   const MeasurementData data = config::load_measurements(command.data_file, robot);
-  const auto suspicion = suspect(robot, data);
+  const auto suspicion = suspect(robot, data, processor_count());
   if (!suspicion)
     throw CommandError{kFailed, command.robot_file + ": nothing to mend, as far as " + command.data_file +
                                     " shows: no file was written"};
