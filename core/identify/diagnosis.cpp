@@ -32,7 +32,7 @@ constexpr double kMostDeviation = 2;  // mean square, in what arms are usually o
 using Points = std::vector<Measurement>;
 
 /// Coordinates of no arm, many times farther from the middle than half of the points are.
-Points without_strays(const Points& points) {
+std::vector<bool> strays(const Points& points) {
   constexpr double kStray = 20;
   Eigen::Vector3d middle;
   for (int axis = 0; axis < 3; ++axis) {
@@ -43,9 +43,25 @@ Points without_strays(const Points& points) {
   std::vector<double> distances;
   for (const Measurement& point : points) distances.push_back((point.p_WS_mm - middle).norm());
   const double most_mm = kStray * median(distances);
+  std::vector<bool> strays;
+  for (const double distance : distances) strays.push_back(distance > most_mm);
+  return strays;
+}
+
+double share_of_strays(const Points& points) {
+  const std::vector<bool> stray = strays(points);
+  return static_cast<double>(std::ranges::count(stray, true)) / static_cast<double>(points.size());
+}
+
+/// Without strays, unless there are many more than there were: what a mistake is said to have moved where no
+/// arm reaches stays, and speaks against it. A sample may have some more by chance.
+Points without_strays(const Points& points, double share_as_given) {
+  const std::vector<bool> stray = strays(points);
+  const double most = 2 * share_as_given * static_cast<double>(points.size()) + 1;
+  if (static_cast<double>(std::ranges::count(stray, true)) > most) return points;
   Points kept;
   for (std::size_t k = 0; k < points.size(); ++k) {
-    if (distances[k] <= most_mm) kept.push_back(points[k]);
+    if (!stray[k]) kept.push_back(points[k]);
   }
   return kept;
 }
@@ -67,7 +83,7 @@ Points sampled(const Points& points, std::size_t most_poses) {
   for (std::size_t k = 0; k < count; ++k) {
     for (const std::size_t i : groups[k * groups.size() / count]) sample.push_back(points[i]);
   }
-  return without_strays(sample);
+  return sample;
 }
 
 /// What a fit needs of the points.
@@ -185,8 +201,13 @@ std::string Hypothesis::sentence(const RobotModel& given) const {
 
 Diagnosis::Diagnosis(const RobotModel& arm, std::span<const std::string> smr_names,
                      std::span<const Measurement> rows, std::size_t poses, int jobs)
-    : arm_{arm}, names_{smr_names}, rows_{bare(rows)}, poses_{poses}, jobs_{jobs} {
-  as_given_.mended = {.arm = arm, .points = sampled(rows_, poses), .open = {}};
+    : arm_{arm},
+      names_{smr_names},
+      rows_{bare(rows)},
+      poses_{poses},
+      jobs_{jobs},
+      strays_{share_of_strays(rows_)} {
+  as_given_.mended = {.arm = arm, .points = without_strays(sampled(rows_, poses), strays_), .open = {}};
   rough_mm_ = rough_error(as_given_.mended, names_);
   as_given_.explanation = explanation(as_given_.mended, placed(as_given_.mended, names_));
 }
@@ -199,7 +220,7 @@ Claim Diagnosis::mended(const std::vector<Mistake>& mistakes) const {
               .points = in_order ? Points{first.begin(), first.end()} : as_given_.mended.points,
               .open = {}};
   for (const Mistake& mistake : mistakes) mistake.mend(given);
-  if (in_order) given.points = sampled(given.points, poses_);
+  if (in_order) given.points = without_strays(sampled(given.points, poses_), strays_);
   return given;
 }
 
@@ -207,7 +228,7 @@ Claim Diagnosis::mended(const std::vector<Mistake>& mistakes) const {
 bool Diagnosis::explains_all_rows(Hypothesis& hypothesis) const {
   Claim all{.arm = arm_, .points = rows_, .open = {}};
   for (const Mistake& mistake : hypothesis.mistakes) mistake.mend(all);
-  all.points = without_strays(all.points);
+  all.points = without_strays(all.points, strays_);
   all.arm = hypothesis.mended.arm;
   all.open.clear();
   all.before.clear();

@@ -54,6 +54,7 @@ class Diagnosis {
   std::vector<Measurement> rows_;
   std::size_t poses_;
   int jobs_;
+  double strays_;  ///< share of the points with coordinates of no arm, as they were given
   Hypothesis as_given_;
   double rough_mm_ = 0;  ///< of the arm as given
 };

@@ -1,7 +1,8 @@
 #include "proto/rsi/context.hpp"
 
 #include <algorithm>
-#include <array>
+#include <boost/algorithm/string/case_conv.hpp>
+#include <boost/algorithm/string/predicate.hpp>
 #include <cmath>
 #include <pugixml.hpp>
 #include <sstream>
@@ -12,102 +13,47 @@
 namespace truepose::rsi {
 namespace {
 
-/// A parameter's ordinals, which differ between the formats. Those of a file that cannot be changed while it
-/// runs are counted apart.
-constexpr int kAny = -1;
-struct ParameterType {
-  std::string_view name;
-  int in_rsi_xml, in_rsix;  ///< kAny where it is not published
-  bool at_runtime = true;
-};
-
-struct ObjectType {
-  std::string_view in_rsi_xml, in_rsix;  ///< names
-  int id;
-  std::vector<ParameterType> parameters;
-};
-
-std::vector<ParameterType> of_axes(std::string_view name, int first_in_rsi_xml, int first_in_rsix) {
-  static constexpr std::array<std::string_view, 18> kNames{
-      "LowerLimA1", "LowerLimA2", "LowerLimA3", "LowerLimA4", "LowerLimA5", "LowerLimA6",
-      "UpperLimA1", "UpperLimA2", "UpperLimA3", "UpperLimA4", "UpperLimA5", "UpperLimA6",
-      "MaxA1",      "MaxA2",      "MaxA3",      "MaxA4",      "MaxA5",      "MaxA6"};
-  std::vector<ParameterType> parameters;
-  for (const std::string_view one : kNames) {
-    if (!one.starts_with(name)) continue;
-    parameters.push_back({one, first_in_rsi_xml++, first_in_rsix++});
-  }
-  return parameters;
-}
-
-std::vector<ParameterType> together(std::vector<ParameterType> a, const std::vector<ParameterType>& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
-/// As the contexts of public drivers that ran on controllers have them (kuka-external-control-sdk, RSI 4.1;
-/// kuka_experimental, RSI 4.0; kuka_rsi_driver and rsi-pi, RSI 3).
-const std::vector<ObjectType>& object_types() {
-  static const std::vector<ObjectType> types{
-      {"ETHERNET",
-       "Ethernet",
-       64,
-       {{"ConfigFile", 1, 0, false}, {"Timeout", 1, 0}, {"Flag", 4, 3}, {"Precision", 8, 7}}},
-      {"AXISCORR", "AxisCorr", 33, together(of_axes("LowerLim", 1, 0), of_axes("UpperLim", 13, 6))},
-      {"AXISCORRMON", "AxisCorrMon", 82, of_axes("Max", 1, 0)},
-      {"POSCORR",
-       "PosCorr",
-       27,
-       {{"LowerLimX", kAny, 0},
-        {"LowerLimY", kAny, 1},
-        {"LowerLimZ", kAny, 2},
-        {"UpperLimX", kAny, 3},
-        {"UpperLimY", kAny, 4},
-        {"UpperLimZ", kAny, 5},
-        {"MaxRotAngle", kAny, 6},
-        {"RefCorrSys", kAny, 0, false}}},
-      {"POSCORRMON", "PosCorrMon", 81, {{"MaxTrans", kAny, 0}, {"MaxRotAngle", kAny, 1}}},
-      {"STOP", "Stop", 18, {{"Mode", 1, 0}}},
-      {"STATUS", "Status", 62, {{"Type", 1, 0}}},
-      {"OV_PRO", "Ov_Pro", 63, {}},
-      {"SEN_PINT", "Sen_PInt", 57, {{"Index", 1, 0}}},
-      {"MAP2SEN_PINT", "Map2Sen_PInt", 16, {{"Index", 1, 0}}},
-  };
-  return types;
-}
-
-const ObjectType* type_of_id(int id) {
-  const auto found = std::ranges::find(object_types(), id, &ObjectType::id);
-  return found == object_types().end() ? nullptr : &*found;
-}
-
-const ObjectType& type_named(std::string_view name) {
-  return *std::ranges::find(object_types(), name, &ObjectType::in_rsi_xml);
-}
-
 /// What the formats call the same things.
 struct Words {
   ContextFormat format;
   const char *object, *type_id, *object_id, *output_object, *parameter_id;
-  int first;  ///< ordinal of the first input, output and parameter
+  int first;  ///< ordinal of the first input and output of most objects
 };
 constexpr Words kRsiXml{ContextFormat::RsiXml, "RSIObject", "ObjTypeID", "ObjID", "OutObjID", "ParamID", 1};
 constexpr Words kRsix{ContextFormat::Rsix, "RsiObject", "ObjTypeId", "ObjId", "OutObjId", "ParamId", 0};
 
-std::expected<int, std::string> ordinal(const pugi::xml_node& node, const char* attribute, int first,
-                                        const std::string& object) {
-  const auto number = xml::to_number<int>(node.attribute(attribute).value());
-  if (number && *number >= first) return *number - first + 1;
+/// The ordinal of the first input and output of a kind of object; of one that is not known that of most.
+int first_of(const CatalogueObject* kind, const Words& words) {
+  return kind == nullptr ? words.first : kind->first;
+}
+
+/// How many inputs or outputs an object of a kind can have.
+int count(const std::vector<CataloguePort>& ports) {
+  int count = 0;
+  for (const CataloguePort& port : ports) count += port.copies;
+  return count;
+}
+
+/// Counted from 1, as they are drawn.
+std::expected<int, std::string> number(const pugi::xml_node& node, const char* attribute, int first,
+                                       const std::string& object) {
+  const auto ordinal = xml::to_number<int>(node.attribute(attribute).value());
+  if (ordinal && *ordinal >= first) return *ordinal - first + 1;
   return std::unexpected(object + ": " + attribute + " is \"" + node.attribute(attribute).value() +
                          "\", expected " + std::to_string(first) + " or more");
 }
 
+/// @param kind  of the object; null where it is not known
 std::expected<void, std::string> read_inputs(const pugi::xml_node& node, const Words& words,
-                                             ContextObject& object) {
+                                             const CatalogueObject* kind, ContextObject& object) {
   for (const pugi::xml_node& input : node.child("Inputs").children("Input")) {
-    const auto at = ordinal(input, "InIdx", words.first, object.id);
+    const auto at = number(input, "InIdx", first_of(kind, words), object.id);
     if (!at) return std::unexpected(at.error());
-    const auto from = ordinal(input, "OutIdx", words.first, object.id);
+    if (kind != nullptr && *at > count(kind->inputs)) {
+      return std::unexpected(object.id + ": InIdx is \"" + input.attribute("InIdx").value() + "\", but " +
+                             kind->name + " has " + std::to_string(count(kind->inputs)) + " inputs");
+    }
+    const auto from = number(input, "OutIdx", words.first, object.id);
     if (!from) return std::unexpected(from.error());
     if (!object.inputs.emplace(*at, ContextOutput{input.attribute(words.output_object).value(), *from})
              .second)
@@ -117,39 +63,58 @@ std::expected<void, std::string> read_inputs(const pugi::xml_node& node, const W
 }
 
 std::expected<void, std::string> read_parameters(const pugi::xml_node& node, const Words& words,
-                                                 const ObjectType& type, ContextObject& object) {
+                                                 const CatalogueObject& kind, ContextObject& object) {
   for (const pugi::xml_node& parameter : node.child("Parameters").children("Parameter")) {
     const std::string_view name = parameter.attribute("Name").value();
-    const auto known = std::ranges::find(type.parameters, name, &ParameterType::name);
-    if (known == type.parameters.end()) continue;
-    const int expected = words.format == ContextFormat::RsiXml ? known->in_rsi_xml : known->in_rsix;
-    const auto number = xml::to_number<int>(parameter.attribute(words.parameter_id).value());
-    if (expected != kAny && number != expected) {
+    const CatalogueParameter* const known = kind.parameter(name);
+    if (known == nullptr) continue;
+    if (xml::to_number<int>(parameter.attribute(words.parameter_id).value()) != known->ordinal) {
       return std::unexpected(object.id + ": " + std::string{name} + " has " + words.parameter_id + " \"" +
                              parameter.attribute(words.parameter_id).value() +
-                             "\", which is another parameter: " + "it is " + std::to_string(expected) +
+                             "\", which is another parameter: it is " + std::to_string(known->ordinal) +
                              " in this format");
     }
-    object.values.emplace(name, parameter.attribute("ParamValue").value());
+    const std::string_view value = parameter.attribute("ParamValue").value();
+    if (!known->values.empty()) {
+      const auto chosen = xml::to_number<int>(value);
+      if (!chosen || *chosen < 0 || *chosen >= static_cast<int>(known->values.size())) {
+        return std::unexpected(object.id + ": " + std::string{name} + " is \"" + std::string{value} +
+                               "\", expected 0 to " + std::to_string(known->values.size() - 1));
+      }
+    }
+    object.values.emplace(name, value);
   }
   return {};
+}
+
+/// The kind that a file means by number and name: RSI 3 has kinds that share a number.
+///
+/// @return  null where the number is that of no kind that is known; the error says which kind it is of
+std::expected<const CatalogueObject*, std::string> kind_of(int id, std::string_view name,
+                                                           const Words& words) {
+  const CatalogueObject* other = nullptr;
+  for (const CatalogueObject& kind : object_catalogue(words.format)) {
+    if (kind.id != id) continue;
+    if (boost::iequals(kind.name, name)) return &kind;
+    other = &kind;
+  }
+  if (other == nullptr) return nullptr;
+  return std::unexpected(std::string{words.type_id} + " " + std::to_string(id) + " is " + other->name +
+                         ", but ObjType says " + std::string{name});
 }
 
 std::expected<ContextObject, std::string> read_object(const pugi::xml_node& node, const Words& words) {
   ContextObject object;
   object.id = node.attribute(words.object_id).value();
   if (object.id.empty()) return std::unexpected("an object has no " + std::string{words.object_id});
-  const auto id = xml::to_number<int>(node.attribute(words.type_id).value());
-  const ObjectType* const type = id ? type_of_id(*id) : nullptr;
   const std::string_view name = node.attribute("ObjType").value();
-  if (type != nullptr && name != (words.format == ContextFormat::RsiXml ? type->in_rsi_xml : type->in_rsix)) {
-    return std::unexpected(object.id + ": " + words.type_id + " " + std::to_string(*id) + " is " +
-                           std::string{type->in_rsi_xml} + ", but ObjType says " + std::string{name});
-  }
-  object.type = type != nullptr ? type->in_rsi_xml : name;
-  if (auto read = read_inputs(node, words, object); !read) return std::unexpected(read.error());
-  if (type == nullptr) return object;
-  if (auto read = read_parameters(node, words, *type, object); !read) return std::unexpected(read.error());
+  const auto kind =
+      kind_of(xml::to_number<int>(node.attribute(words.type_id).value()).value_or(-1), name, words);
+  if (!kind) return std::unexpected(object.id + ": " + kind.error());
+  object.type = *kind != nullptr ? (*kind)->type : boost::to_upper_copy(std::string{name});
+  if (auto read = read_inputs(node, words, *kind, object); !read) return std::unexpected(read.error());
+  if (*kind == nullptr) return object;
+  if (auto read = read_parameters(node, words, **kind, object); !read) return std::unexpected(read.error());
   return object;
 }
 
@@ -179,16 +144,32 @@ pugi::xml_node objects_of(pugi::xml_document& document, ContextFormat format) {
   return objects;
 }
 
-/// Every wire comes from an object that is there.
-std::optional<std::string> loose_wire(const Context& context) {
+/// Every wire comes from an object that is there, and from an output that it has.
+std::optional<std::string> loose_wire(const Context& context, ContextFormat format) {
   for (const ContextObject& object : context.objects) {
     for (const auto& [input, from] : object.inputs) {
-      if (context.with_id(from.object) != nullptr) continue;
-      return object.id + ": input " + std::to_string(input) + " is wired to " + from.object +
-             ", which is not there";
+      const std::string wired = object.id + ": input " + std::to_string(input) + " is wired to ";
+      const ContextObject* const source = context.with_id(from.object);
+      if (source == nullptr) return wired + from.object + ", which is not there";
+      const CatalogueObject* const kind = catalogued(source->type, format);
+      if (kind == nullptr || from.number <= count(kind->outputs)) continue;
+      return wired + "output " + std::to_string(from.number) + " of " + from.object + ", but " + kind->name +
+             " has " + std::to_string(count(kind->outputs));
     }
   }
   return std::nullopt;
+}
+
+/// Outputs counted from 1 where a kind of object counts them from another number.
+void count_outputs_from_one(Context& context, const Words& words) {
+  for (ContextObject& object : context.objects) {
+    for (auto& [input, from] : object.inputs) {
+      const ContextObject* const source = context.with_id(from.object);
+      const int first =
+          source == nullptr ? words.first : first_of(catalogued(source->type, words.format), words);
+      from.number -= first - words.first;
+    }
+  }
 }
 
 }  // namespace
@@ -227,7 +208,8 @@ std::expected<Context, std::string> parse_context(std::string_view xml) {
     if (context.with_id(object->id) != nullptr) return std::unexpected("there are two objects " + object->id);
     context.objects.push_back(*std::move(object));
   }
-  if (auto wrong = loose_wire(context)) return std::unexpected(*std::move(wrong));
+  count_outputs_from_one(context, words);
+  if (auto wrong = loose_wire(context, words.format)) return std::unexpected(*std::move(wrong));
   return context;
 }
 
@@ -239,30 +221,30 @@ std::string context_xml(const Context& context, ContextFormat format) {
   declaration.append_attribute("version") = "1.0";
   declaration.append_attribute("encoding") = "utf-8";
   pugi::xml_node root = objects_of(document, format);
-  const auto ordinal_of = [&](int number) { return number - 1 + words.first; };
   for (const ContextObject& object : context.objects) {
-    const ObjectType& type = type_named(object.type);
+    const CatalogueObject& kind = *catalogued(object.type, format);
     pugi::xml_node node = root.append_child(words.object);
-    node.append_attribute(words.type_id) = type.id;
-    node.append_attribute("ObjType") = std::string{old ? type.in_rsi_xml : type.in_rsix}.c_str();
+    node.append_attribute(words.type_id) = kind.id;
+    node.append_attribute("ObjType") = kind.name.c_str();
     node.append_attribute(words.object_id) = object.id.c_str();
     pugi::xml_node inputs;
     for (const auto& [number, from] : object.inputs) {
       if (!inputs) inputs = node.append_child("Inputs");
+      const CatalogueObject& source = *catalogued(context.with_id(from.object)->type, format);
       pugi::xml_node input = inputs.append_child("Input");
-      input.append_attribute("InIdx") = ordinal_of(number);
+      input.append_attribute("InIdx") = number - 1 + kind.first;
       input.append_attribute(words.output_object) = from.object.c_str();
-      input.append_attribute("OutIdx") = ordinal_of(from.number);
+      input.append_attribute("OutIdx") = from.number - 1 + source.first;
     }
     pugi::xml_node parameters;
-    for (const ParameterType& parameter : type.parameters) {
+    for (const CatalogueParameter& parameter : kind.parameters) {
       const auto value = object.values.find(parameter.name);
       if (value == object.values.end()) continue;
       if (!parameters) parameters = node.append_child("Parameters");
       pugi::xml_node one = parameters.append_child("Parameter");
-      if (!parameter.at_runtime) one.append_attribute("IsRuntime") = "false";
-      one.append_attribute("Name") = std::string{parameter.name}.c_str();
-      one.append_attribute(words.parameter_id) = old ? parameter.in_rsi_xml : parameter.in_rsix;
+      if (parameter.fixed) one.append_attribute("IsRuntime") = "false";
+      one.append_attribute("Name") = parameter.name.c_str();
+      one.append_attribute(words.parameter_id) = parameter.ordinal;
       one.append_attribute("ParamValue") = value->second.c_str();
     }
   }
@@ -274,6 +256,9 @@ std::string context_xml(const Context& context, ContextFormat format) {
 Context truepose_context(const ContextDemands& demands) {
   // Above the limits of AXISCORR, which clamps, since reaching it stops RSI.
   const double ceiling_deg = std::ceil(demands.max_total_deg + 1);
+  const auto status = [](std::string_view value) {
+    return std::to_string(number_of("STATUS", "Type", value));
+  };
   ContextObject ethernet{.type = "ETHERNET", .id = "ETHERNET1"};
   ethernet.inputs = {{1, {"SEN_PINT1", 1}},
                      {2, {"STATUS1", 1}},
@@ -293,14 +278,17 @@ Context truepose_context(const ContextDemands& demands) {
     monitor.values["MaxA" + std::to_string(axis)] = formatted("%g", ceiling_deg);
   }
   return {{{.type = "SEN_PINT", .id = "SEN_PINT1", .values = {{"Index", "1"}}},
-           {.type = "STATUS", .id = "STATUS1", .values = {{"Type", "2"}}},
-           {.type = "STATUS", .id = "STATUS2", .values = {{"Type", "1"}}},
+           {.type = "STATUS", .id = "STATUS1", .values = {{"Type", status(kProgramState)}}},
+           {.type = "STATUS", .id = "STATUS2", .values = {{"Type", status(kOperatingMode)}}},
            {.type = "OV_PRO", .id = "OV_PRO1"},
            {.type = "SEN_PINT", .id = "SEN_PINT2", .values = {{"Index", "3"}}},
            ethernet,
            correction,
            monitor,
-           {.type = "STOP", .id = "STOP1", .inputs = {{1, {"ETHERNET1", 7}}}, .values = {{"Mode", "4"}}},
+           {.type = "STOP",
+            .id = "STOP1",
+            .inputs = {{1, {"ETHERNET1", 7}}},
+            .values = {{"Mode", std::to_string(number_of("STOP", "Mode", kExitMoveCorr))}}},
            {.type = "MAP2SEN_PINT",
             .id = "MAP2SEN_PINT1",
             .inputs = {{1, {"ETHERNET1", 8}}},

@@ -8,13 +8,9 @@
 #include <vector>
 
 #include "proto/rsi/ethernet_config.hpp"
+#include "proto/rsi/object_catalogue.hpp"
 
 namespace truepose::rsi {
-
-/// How a version of RSI keeps a signal flow: RSI 3 (KSS 8.3 and 8.4) in NAME.rsi.xml, RSI 4.0 (KSS 8.5) in a
-/// NAME.rsix of its own, RSI 4.1 and 5 (KSS 8.6 and 8.7) in NAME.rsix. The same objects have other ordinals
-/// in .rsi.xml and .rsix.
-enum class ContextFormat { RsiXml, Rsix40, Rsix };
 
 /// The output of an object, counted from 1 as it is drawn.
 struct ContextOutput {
@@ -47,11 +43,16 @@ struct Context {
 
 /// Reads the text of a .rsi.xml or any .rsix file. What an object is wired to and its parameters are
 /// understood by their ordinals as the controller does, so that a file made for the other format is refused
-/// and not misread. Objects of types that are not known here keep their wires and lose their parameters.
+/// and not misread. The letter case of a type's name is free. Objects of types that the catalogue does not
+/// have keep their wires and lose their parameters.
 /// Error: one sentence that names the object.
 std::expected<Context, std::string> parse_context(std::string_view xml);
 
-/// The file's text. Every type must be one that truepose_context() uses.
+/// Values of enumerations by which program and PC understand each other.
+inline constexpr std::string_view kProgramState = "ProState_R", kOperatingMode = "Mode_Op";  // of STATUS
+inline constexpr std::string_view kExitMoveCorr = "ExitMoveCorr";                            // of STOP
+
+/// The file's text. Every type must be one that the catalogue has for the format.
 std::string context_xml(const Context& context, ContextFormat format);
 
 /// What the context of truepose is to do.

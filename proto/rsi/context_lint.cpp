@@ -9,12 +9,16 @@
 namespace truepose::rsi {
 namespace {
 
-constexpr double kDefaultLimit_deg = 5;                       // of AXISCORR
-constexpr double kDefaultCeiling_deg = 6;                     // of AXISCORRMON, also where there is none
-constexpr double kDefaultReach_mm = 5, kDefaultTurn_deg = 5;  // of POSCORR
-constexpr double kDefaultMost_mm = 6, kDefaultMost_deg = 6;   // of POSCORRMON, also where there is none
-constexpr double kDefaultTimeout = 10, kLeastPrecision = 4, kExitMoveCorr = 4;
-constexpr double kOperatingMode = 1, kProState = 2;  // Type of STATUS
+constexpr double kLeastPrecision = 4;
+
+/// Of an object, or what holds where there is none or none is given.
+double number(const ContextObject* object, std::string_view type, std::string_view parameter) {
+  return (object == nullptr ? std::nullopt : object->number(parameter)).value_or(otherwise(type, parameter));
+}
+
+bool is_correction(const ContextObject& object) {
+  return object.type == "AXISCORR" || object.type == "AXISCORREXT" || object.type == "POSCORR";
+}
 
 /// Looks at one context with one ethernet configuration.
 class ContextLint {
@@ -26,7 +30,9 @@ class ContextLint {
     link_ = context_.of_type("ETHERNET");
     if (link_ == nullptr) return {"the context has no ETHERNET object: nothing is exchanged with the PC"};
     look_at_link();
+    look_for_circles();
     look_at_correction();
+    look_for_shared_corrections();
     look_at_ceiling();
     look_at_pose_correction();
     look_at_stop();
@@ -43,12 +49,12 @@ class ContextLint {
       say(link_->id + " loads " + (file == link_->values.end() ? "RSIEthernet.xml" : file->second) +
           ", not " + demands_.ethernet_file + ": give its ConfigFile that name");
     }
-    const double precision = link_->number("Precision").value_or(1);
+    const double precision = number(link_, "ETHERNET", "Precision");
     if (precision < kLeastPrecision) {
       say(link_->id + ": Precision " + formatted("%g", precision) + " rounds the axes to " +
           formatted("%g", std::pow(10, -precision)) + " deg: set it to 4");
     }
-    const double timeout = link_->number("Timeout").value_or(kDefaultTimeout);
+    const double timeout = number(link_, "ETHERNET", "Timeout");
     if (timeout != demands_.timeout_cycles) {
       say(link_->id + ": Timeout is " + formatted("%g", timeout) + " cycles (" +
           formatted("%g", timeout * demands_.cycle_ms / 1000) + " s), but stream.timeout_cycles is " +
@@ -62,30 +68,87 @@ class ContextLint {
     return found == elements.end() ? std::nullopt : found->index;
   }
 
+  /// What an object's output depends on, through any number of objects.
+  bool depends_on_link(const ContextObject& object, std::set<std::string>& seen) const {
+    if (&object == link_) return true;
+    if (!seen.insert(object.id).second) return false;
+    return std::ranges::any_of(object.inputs, [&](const auto& wire) {
+      return depends_on_link(*context_.with_id(wire.second.object), seen);
+    });
+  }
+
+  /// RSIVisual and the controller refuse a signal that comes from the PC and goes back to it.
+  void look_for_circles() {
+    for (const auto& [input, from] : link_->inputs) {
+      std::set<std::string> seen;
+      if (!depends_on_link(*context_.with_id(from.object), seen)) continue;
+      say(link_->id + ": input " + std::to_string(input) + " comes from " + from.object + ", which " +
+          link_->id +
+          " itself leads: the controller refuses such a circle (\"Circular "
+          "linking\"). Take the wire out");
+    }
+  }
+
+  /// The objects that correct an axis.
+  std::vector<const ContextObject*> correcting(int axis) const {
+    std::vector<const ContextObject*> objects;
+    for (const ContextObject& object : context_.objects) {
+      if (object.type == "AXISCORR" && object.inputs.contains(axis)) objects.push_back(&object);
+    }
+    return objects;
+  }
+
   void look_at_correction() {
-    const ContextObject* const correction = context_.of_type("AXISCORR");
-    if (correction == nullptr)
-      return say("the context has no AXISCORR object: no correction reaches an axis");
+    const ContextObject* const first = context_.of_type("AXISCORR");
+    if (first == nullptr) return say("the context has no AXISCORR object: no correction reaches an axis");
     if (!ethernet_.axis_correction) return;
     for (int axis = 1; axis <= 6; ++axis) {
       const std::string name = "A" + std::to_string(axis), tag = *ethernet_.axis_correction + "." + name;
-      const auto wire = correction->inputs.find(axis);
-      const auto wanted = channel(tag, ethernet_.receive);
-      if (wire == correction->inputs.end()) {
-        say(correction->id + ": nothing leads to Corr" + name + ", which " + tag + " is to move");
-      } else if (!wanted || wire->second != ContextOutput{link_->id, *wanted}) {
-        say(correction->id + ": Corr" + name + " is led by output " + std::to_string(wire->second.number) +
-            " of " + wire->second.object + ", but " + tag + " comes out of output " +
-            (wanted ? std::to_string(*wanted) : "none") + " of " + link_->id);
+      const std::vector<const ContextObject*> objects = correcting(axis);
+      if (objects.empty()) {
+        say(first->id + ": nothing leads to Corr" + name + ", which " + tag + " is to move");
+      } else if (objects.size() > 1) {
+        say(objects[0]->id + " and " + objects[1]->id + " both correct " + name +
+            ": the corrections may add up. Leave one of them");
+      } else {
+        look_at_axis(*objects[0], axis, name, tag);
       }
-      const double lower = correction->number("LowerLim" + name).value_or(-kDefaultLimit_deg);
-      const double upper = correction->number("UpperLim" + name).value_or(kDefaultLimit_deg);
-      if (std::min(-lower, upper) < demands_.max_total_deg) {
-        say(correction->id + " clamps " + name + " without a word to " + formatted("%g", lower) + " .. " +
-            formatted("%g", upper) + " deg, and up to " + formatted("%g", demands_.max_total_deg) +
-            " deg are sent: widen it, or lower "
-            "stream.max_total_deg");
+    }
+  }
+
+  void look_at_axis(const ContextObject& correction, int axis, const std::string& name,
+                    const std::string& tag) {
+    const ContextOutput& wire = correction.inputs.at(axis);
+    const auto wanted = channel(tag, ethernet_.receive);
+    if (!wanted || wire != ContextOutput{link_->id, *wanted}) {
+      say(correction.id + ": Corr" + name + " is led by output " + std::to_string(wire.number) + " of " +
+          wire.object + ", but " + tag + " comes out of output " +
+          (wanted ? std::to_string(*wanted) : "none") + " of " + link_->id);
+    }
+    const double lower = number(&correction, "AXISCORR", "LowerLim" + name);
+    const double upper = number(&correction, "AXISCORR", "UpperLim" + name);
+    if (std::min(-lower, upper) < demands_.max_total_deg) {
+      say(correction.id + " clamps " + name + " without a word to " + formatted("%g", lower) + " .. " +
+          formatted("%g", upper) + " deg, and up to " + formatted("%g", demands_.max_total_deg) +
+          " deg are sent: widen it, or lower stream.max_total_deg");
+    }
+  }
+
+  /// What the daemon sends for an axis moves that axis and nothing else.
+  void look_for_shared_corrections() {
+    for (int axis = 1; axis <= 6 && ethernet_.axis_correction; ++axis) {
+      const std::string tag = *ethernet_.axis_correction + ".A" + std::to_string(axis);
+      const auto output = channel(tag, ethernet_.receive);
+      std::vector<std::string> led;
+      for (const ContextObject& object : context_.objects) {
+        for (const auto& [input, from] : object.inputs) {
+          if (is_correction(object) && output && from == ContextOutput{link_->id, *output})
+            led.push_back(catalogued(object.type)->inputs.at(static_cast<std::size_t>(input) - 1).name +
+                          " of " + object.id);
+        }
       }
+      if (led.size() > 1 && correcting(axis).size() < 2)
+        say(tag + " leads to " + led[0] + " and to " + led[1] + ": it is to move its axis alone");
     }
   }
 
@@ -93,8 +156,7 @@ class ContextLint {
     const ContextObject* const monitor = context_.of_type("AXISCORRMON");
     for (int axis = 1; axis <= 6; ++axis) {
       const std::string name = "A" + std::to_string(axis);
-      const double ceiling =
-          (monitor == nullptr ? std::nullopt : monitor->number("Max" + name)).value_or(kDefaultCeiling_deg);
+      const double ceiling = number(monitor, "AXISCORRMON", "Max" + name);
       if (ceiling > demands_.max_total_deg) continue;
       say((monitor == nullptr ? "AXISCORRMON, which is always there," : monitor->id) + " stops RSI at " +
           formatted("%g", ceiling) + " deg of " + name + ", and up to " +
@@ -108,24 +170,22 @@ class ContextLint {
     if (correction == nullptr) return;
     static constexpr std::array<const char*, 5> kSystems{"the world", "the base", "the robot root",
                                                          "the tool", "the direction of the path"};
-    const double system = correction->number("RefCorrSys").value_or(0);
+    const double system = number(correction, "POSCORR", "RefCorrSys");
     std::string along = "a system that is not known";
     for (std::size_t i = 0; i < kSystems.size(); ++i) {
       if (system == static_cast<double>(i)) along = kSystems[i];
     }
-    const auto number = [](const ContextObject* object, const std::string& name, double otherwise) {
-      return formatted("%g", (object == nullptr ? std::nullopt : object->number(name)).value_or(otherwise));
+    const auto text = [](const ContextObject* object, std::string_view type, const std::string& name) {
+      return formatted("%g", number(object, type, name));
     };
     std::string limits;
     for (const char axis : {'X', 'Y', 'Z'})
-      limits += std::string{axis} + " " +
-                number(correction, std::string{"LowerLim"} + axis, -kDefaultReach_mm) + " .. " +
-                number(correction, std::string{"UpperLim"} + axis, kDefaultReach_mm) + " mm, ";
+      limits += std::string{axis} + " " + text(correction, "POSCORR", std::string{"LowerLim"} + axis) +
+                " .. " + text(correction, "POSCORR", std::string{"UpperLim"} + axis) + " mm, ";
     const ContextObject* const monitor = context_.of_type("POSCORRMON");
     say(correction->id + " moves the TCP along " + along + " by what " + sources_of(*correction) +
-        " brings (" + limits + number(correction, "MaxRotAngle", kDefaultTurn_deg) +
-        " deg; POSCORRMON stops RSI at " + number(monitor, "MaxTrans", kDefaultMost_mm) + " mm or " +
-        number(monitor, "MaxRotAngle", kDefaultMost_deg) +
+        " brings (" + limits + text(correction, "POSCORR", "MaxRotAngle") + " deg; POSCORRMON stops RSI at " +
+        text(monitor, "POSCORRMON", "MaxTrans") + " mm or " + text(monitor, "POSCORRMON", "MaxRotAngle") +
         " deg): the daemon corrects axes alone (AXISCORR) and sends nothing for it");
   }
 
@@ -149,9 +209,10 @@ class ContextLint {
       if (object.type != "STOP" || !wanted) continue;
       const auto wire = object.inputs.find(1);
       if (wire == object.inputs.end() || wire->second != ContextOutput{link_->id, *wanted}) continue;
-      if (object.number("Mode") != kExitMoveCorr) {
-        say(object.id +
-            ": Mode must be 4 (ExitMoveCorr), so that the Stop bit leaves RSI_MOVECORR and does "
+      const int leaves = number_of("STOP", "Mode", kExitMoveCorr);
+      if (number(&object, "STOP", "Mode") != leaves) {
+        say(object.id + ": Mode must be " + std::to_string(leaves) +
+            " (ExitMoveCorr), so that the Stop bit leaves RSI_MOVECORR and does "
             "nothing else");
       }
       return;
@@ -162,8 +223,10 @@ class ContextLint {
   /// How a production program and the PC understand each other, where the lists have it.
   void look_at_program() {
     look_at_input("Tp.Ask", "SEN_PINT", "$SEN_PINT[1]", Setting{"Index", 1});
-    look_at_input("Tp.Pro", "STATUS", "$PRO_STATE", Setting{"Type", kProState});
-    look_at_input("Tp.Mode", "STATUS", "the operating mode", Setting{"Type", kOperatingMode});
+    look_at_input("Tp.Pro", "STATUS", "$PRO_STATE",
+                  Setting{"Type", number_of("STATUS", "Type", kProgramState)});
+    look_at_input("Tp.Mode", "STATUS", "the operating mode",
+                  Setting{"Type", number_of("STATUS", "Type", kOperatingMode)});
     look_at_input("Tp.Ov", "OV_PRO", "$OV_PRO");
     look_at_input("Tp.Cell", "SEN_PINT", "$SEN_PINT[3]", Setting{"Index", 3});
     const auto wanted = channel(kGainTag, ethernet_.receive);
@@ -171,7 +234,7 @@ class ContextLint {
     for (const ContextObject& object : context_.objects) {
       const auto wire = object.inputs.find(1);
       if (object.type == "MAP2SEN_PINT" && wire != object.inputs.end() &&
-          wire->second == ContextOutput{link_->id, *wanted} && object.number("Index") == 2)
+          wire->second == ContextOutput{link_->id, *wanted} && number(&object, "MAP2SEN_PINT", "Index") == 2)
         return;
     }
     say("no MAP2SEN_PINT object writes " + std::string{kGainTag} +
@@ -180,7 +243,7 @@ class ContextLint {
 
   struct Setting {
     std::string_view parameter;
-    double value;
+    int value;
   };
 
   /// @param with  how an object of this type is told what to send, where there is a choice
@@ -191,7 +254,7 @@ class ContextLint {
     const auto wire = link_->inputs.find(*at);
     const ContextObject* const from =
         wire == link_->inputs.end() ? nullptr : context_.with_id(wire->second.object);
-    const auto is_set = [&] { return !with || from->number(with->parameter).value_or(1) == with->value; };
+    const auto is_set = [&] { return !with || number(from, type, with->parameter) == with->value; };
     if (from != nullptr && from->type == type && is_set()) return;
     say(link_->id + ": input " + std::to_string(*at) + ", sent as " + std::string{tag} + ", is not led by " +
         what);

@@ -10,17 +10,19 @@
 namespace truepose::sim {
 namespace {
 
-constexpr int kStatusOfMode = 1, kStatusOfProgram = 2, kStopLeavesMovecorr = 4;
-constexpr int kDefaultTimeout = 10, kDefaultPrecision = 1;  // cycles and digits, of an ETHERNET object
-
 /// What counts something; far from what any controller takes it is as far as int reaches.
 int whole(double number) {
   constexpr double kMost = 1e9;
   return std::isnan(number) ? 0 : static_cast<int>(std::clamp(number, -kMost, kMost));
 }
 
-int whole(const rsi::ContextObject& object, std::string_view parameter, int otherwise) {
-  return whole(object.number(parameter).value_or(otherwise));
+/// What is set, or holds where it is not.
+double number(const rsi::ContextObject& object, std::string_view parameter) {
+  return object.number(parameter).value_or(rsi::otherwise(object.type, parameter));
+}
+
+int whole(const rsi::ContextObject& object, std::string_view parameter) {
+  return whole(number(object, parameter));
 }
 
 double value_at(const ChannelValues& values, const rsi::ContextObject& object, int input) {
@@ -32,7 +34,7 @@ double value_at(const ChannelValues& values, const rsi::ContextObject& object, i
 
 std::optional<PoseCorrection::System> correction_system(const rsi::ContextObject& object) {
   constexpr int kSystems = 4;
-  const int number = whole(object, "RefCorrSys", 0);
+  const int number = whole(object, "RefCorrSys");
   if (number < 0 || number >= kSystems) return std::nullopt;
   return static_cast<PoseCorrection::System>(number);
 }
@@ -45,12 +47,12 @@ double clamped_to(double value, double lower, double upper, bool& clamped) {
 
 /// What an object says that asks the controller; none where that is not simulated.
 std::optional<int> told(const rsi::ContextObject& object, const FlowSources& sources) {
-  if (object.type == "SEN_PINT") return sources.sen_pint(whole(object, "Index", 1));
+  if (object.type == "SEN_PINT") return sources.sen_pint(whole(object, "Index"));
   if (object.type == "OV_PRO") return sources.override_percent;
   if (object.type != "STATUS") return std::nullopt;
-  const int type = whole(object, "Type", 0);
-  if (type == kStatusOfMode) return sources.mode;
-  if (type == kStatusOfProgram) return sources.program_state;
+  const int type = whole(object, "Type");
+  if (type == rsi::number_of("STATUS", "Type", rsi::kOperatingMode)) return sources.mode;
+  if (type == rsi::number_of("STATUS", "Type", rsi::kProgramState)) return sources.program_state;
   return std::nullopt;
 }
 
@@ -67,8 +69,8 @@ std::optional<std::string> not_simulated(const rsi::Context& context) {
     if (object.type == "POSCORR" && !correction_system(object))
       return object.id + ": only RefCorrSys 0 to 3 (world, base, robot root, tool) are simulated";
     if (object.type == "STATUS" && !told(object, {}))
-      return object.id + ": only Type 1 (operating mode) and 2 (program state) are simulated";
-    if (object.type == "STOP" && whole(object, "Mode", 0) != kStopLeavesMovecorr)
+      return object.id + ": only Type 2 (state of the robot program) and 5 (operating mode) are simulated";
+    if (object.type == "STOP" && whole(object, "Mode") != rsi::number_of("STOP", "Mode", rsi::kExitMoveCorr))
       return object.id + ": only Mode 4 (leaves RSI_MOVECORR) is simulated";
     for (const auto& [input, from] : object.inputs) {
       const std::string_view source = context.with_id(from.object)->type;
@@ -88,8 +90,8 @@ std::expected<RsiFlow, std::string> RsiFlow::of(rsi::Context context) {
   return RsiFlow{std::move(context)};
 }
 
-int RsiFlow::timeout_cycles() const { return whole(ethernet(), "Timeout", kDefaultTimeout); }
-int RsiFlow::decimals() const { return whole(ethernet(), "Precision", kDefaultPrecision); }
+int RsiFlow::timeout_cycles() const { return whole(ethernet(), "Timeout"); }
+int RsiFlow::decimals() const { return whole(ethernet(), "Precision"); }
 
 std::string RsiFlow::ethernet_file() const {
   const auto file = ethernet().values.find("ConfigFile");
@@ -113,7 +115,7 @@ FlowEffects RsiFlow::effects(const ChannelValues& received) const {
       effects.pose_correction = pose_correction(object, received, effects.clamped);
     if (object.type == "STOP") effects.leaves_movecorr |= value_at(received, object, 1) != 0;
     if (object.type == "MAP2SEN_PINT")
-      effects.sen_pint[whole(object, "Index", 1)] = whole(value_at(received, object, 1));
+      effects.sen_pint[whole(object, "Index")] = whole(value_at(received, object, 1));
   }
   monitor(effects);
   return effects;
@@ -121,55 +123,51 @@ FlowEffects RsiFlow::effects(const ChannelValues& received) const {
 
 void RsiFlow::correct(const rsi::ContextObject& object, const ChannelValues& received,
                       FlowEffects& effects) const {
-  constexpr double kDefaultLimit_deg = 5;
   for (std::size_t i = 0; i < effects.correction_deg.size(); ++i) {
     const std::string axis = "A" + std::to_string(i + 1);
     const double wanted_deg = value_at(received, object, static_cast<int>(i) + 1);
-    const double lower_deg = object.number("LowerLim" + axis).value_or(-kDefaultLimit_deg);
-    const double upper_deg = object.number("UpperLim" + axis).value_or(kDefaultLimit_deg);
+    const double lower_deg = number(object, "LowerLim" + axis);
+    const double upper_deg = number(object, "UpperLim" + axis);
     effects.correction_deg[i] = clamped_to(wanted_deg, lower_deg, upper_deg, effects.clamped);
   }
 }
 
 PoseCorrection RsiFlow::pose_correction(const rsi::ContextObject& object, const ChannelValues& received,
                                         bool& clamped) const {
-  constexpr double kDefaultLimit_mm = 5, kDefaultTurn_deg = 5;
   PoseCorrection correction{.system = *correction_system(object)};
   Eigen::Vector3d abc_deg;
   for (int i = 0; i < 3; ++i) {
     const std::string axis(1, "XYZ"[i]);
-    correction.mm[i] = clamped_to(value_at(received, object, i + 1),
-                                  object.number("LowerLim" + axis).value_or(-kDefaultLimit_mm),
-                                  object.number("UpperLim" + axis).value_or(kDefaultLimit_mm), clamped);
+    correction.mm[i] = clamped_to(value_at(received, object, i + 1), number(object, "LowerLim" + axis),
+                                  number(object, "UpperLim" + axis), clamped);
     abc_deg[i] = value_at(received, object, i + 4);
   }
   const Eigen::Matrix3d wanted = pose_from_kuka({0, 0, 0}, abc_deg).linear();
   const Eigen::Vector3d turn = turn_between(Eigen::Matrix3d::Identity(), wanted);
-  const double most_rad = object.number("MaxRotAngle").value_or(kDefaultTurn_deg) * kRadPerDeg;
+  const double most_rad = number(object, "MaxRotAngle") * kRadPerDeg;
   const double angle_rad = clamped_to(turn.norm(), 0, most_rad, clamped);
   correction.turn = turn.norm() > 0 ? rotation_by(angle_rad / turn.norm() * turn) : wanted;
   return correction;
 }
 
+/// Where there is no such object its limits hold all the same.
+double RsiFlow::ceiling(std::string_view type, const std::string& parameter) const {
+  const rsi::ContextObject* const monitor = context_.of_type(type);
+  return monitor == nullptr ? rsi::otherwise(type, parameter) : number(*monitor, parameter);
+}
+
 void RsiFlow::monitor(FlowEffects& effects) const {
-  constexpr double kDefaultMost_deg = 6;  // also where there is no such object
-  const rsi::ContextObject* const monitor = context_.of_type("AXISCORRMON");
   for (std::size_t i = effects.correction_deg.size(); i-- > 0;) {
-    const auto set_deg = monitor == nullptr ? std::nullopt : monitor->number("MaxA" + std::to_string(i + 1));
-    if (std::abs(effects.correction_deg[i]) > set_deg.value_or(kDefaultMost_deg))
+    if (std::abs(effects.correction_deg[i]) > ceiling("AXISCORRMON", "MaxA" + std::to_string(i + 1)))
       effects.monitor_axis = static_cast<int>(i) + 1;
   }
   effects.monitor_pose = effects.pose_correction && stops_at(*effects.pose_correction);
 }
 
 bool RsiFlow::stops_at(const PoseCorrection& correction) const {
-  constexpr double kDefaultMost = 6;  // mm and deg, also where there is no such object
-  const rsi::ContextObject* const monitor = context_.of_type("POSCORRMON");
-  const auto most = [&](std::string_view name) {
-    return (monitor == nullptr ? std::nullopt : monitor->number(name)).value_or(kDefaultMost);
-  };
   const double turned_rad = angle_between(Eigen::Matrix3d::Identity(), correction.turn);
-  return correction.mm.norm() > most("MaxTrans") || turned_rad > most("MaxRotAngle") * kRadPerDeg;
+  return correction.mm.norm() > ceiling("POSCORRMON", "MaxTrans") ||
+         turned_rad > ceiling("POSCORRMON", "MaxRotAngle") * kRadPerDeg;
 }
 
 Eigen::Isometry3d PoseCorrection::applied_to(const Eigen::Isometry3d& X,

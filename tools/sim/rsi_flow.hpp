@@ -75,6 +75,7 @@ class RsiFlow {
   PoseCorrection pose_correction(const rsi::ContextObject& object, const ChannelValues& received,
                                  bool& clamped) const;
   bool stops_at(const PoseCorrection& correction) const;
+  double ceiling(std::string_view type, const std::string& parameter) const;
 
   rsi::Context context_;
 };
