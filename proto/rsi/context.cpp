@@ -96,7 +96,7 @@ std::expected<const CatalogueObject*, std::string> kind_of(int id, std::string_v
   for (const CatalogueObject& kind : object_catalogue(words.format)) {
     if (kind.id != id) continue;
     if (boost::iequals(kind.name, name)) return &kind;
-    other = &kind;
+    if (other == nullptr) other = &kind;
   }
   if (other == nullptr) return nullptr;
   return std::unexpected(std::string{words.type_id} + " " + std::to_string(id) + " is " + other->name +

@@ -16,10 +16,6 @@ double number(const ContextObject* object, std::string_view type, std::string_vi
   return (object == nullptr ? std::nullopt : object->number(parameter)).value_or(otherwise(type, parameter));
 }
 
-bool is_correction(const ContextObject& object) {
-  return object.type == "AXISCORR" || object.type == "AXISCORREXT" || object.type == "POSCORR";
-}
-
 /// Looks at one context with one ethernet configuration.
 class ContextLint {
  public:
@@ -32,7 +28,7 @@ class ContextLint {
     look_at_link();
     look_for_circles();
     look_at_correction();
-    look_for_shared_corrections();
+    look_at_external_axes();
     look_at_ceiling();
     look_at_pose_correction();
     look_at_stop();
@@ -134,22 +130,23 @@ class ContextLint {
     }
   }
 
-  /// What the daemon sends for an axis moves that axis and nothing else.
-  void look_for_shared_corrections() {
-    for (int axis = 1; axis <= 6 && ethernet_.axis_correction; ++axis) {
-      const std::string tag = *ethernet_.axis_correction + ".A" + std::to_string(axis);
-      const auto output = channel(tag, ethernet_.receive);
-      std::vector<std::string> led;
-      for (const ContextObject& object : context_.objects) {
-        for (const auto& [input, from] : object.inputs) {
-          if (is_correction(object) && output && from == ContextOutput{link_->id, *output})
-            led.push_back(catalogued(object.type)->inputs.at(static_cast<std::size_t>(input) - 1).name +
-                          " of " + object.id);
-        }
+  /// What the daemon sends for an axis of the arm moves no external axis.
+  void look_at_external_axes() {
+    for (const ContextObject& object : context_.objects) {
+      if (object.type != "AXISCORREXT") continue;
+      for (const auto& [input, from] : object.inputs) {
+        const std::string source = tag_of(from);
+        if (!ethernet_.axis_correction || !source.starts_with(*ethernet_.axis_correction + ".")) continue;
+        say(object.id + ": CorrE" + std::to_string(input) + " is led by " + source +
+            ", which is to move an axis of the arm alone. Take the wire out");
       }
-      if (led.size() > 1 && correcting(axis).size() < 2)
-        say(tag + " leads to " + led[0] + " and to " + led[1] + ": it is to move its axis alone");
     }
+  }
+
+  /// The RECEIVE element that comes out of an output of the ETHERNET object; else the object.
+  std::string tag_of(const ContextOutput& from) const {
+    const auto element = std::ranges::find(ethernet_.receive, std::optional{from.number}, &Element::index);
+    return from.object == link_->id && element != ethernet_.receive.end() ? element->tag : from.object;
   }
 
   void look_at_ceiling() {
@@ -193,9 +190,8 @@ class ContextLint {
   std::string sources_of(const ContextObject& object) const {
     std::set<std::string> sources;
     for (const auto& [input, from] : object.inputs) {
-      const auto element = std::ranges::find(ethernet_.receive, std::optional{from.number}, &Element::index);
-      const bool is_told = from.object == link_->id && element != ethernet_.receive.end();
-      sources.insert(is_told ? element->tag.substr(0, element->tag.find('.')) : from.object);
+      const std::string tag = tag_of(from);
+      sources.insert(tag.substr(0, tag.find('.')));
     }
     std::string text;
     for (const std::string& source : sources) text += (text.empty() ? "" : " and ") + source;

@@ -37,7 +37,8 @@ std::string changed(std::string text, const std::string& from, const std::string
 
 TEST(Context, ComesBackFromEveryFormat) {
   const Context context = truepose_context({});
-  for (const ContextFormat format : {ContextFormat::RsiXml, ContextFormat::Rsix40, ContextFormat::Rsix}) {
+  for (const ContextFormat format :
+       {ContextFormat::RsiXml, ContextFormat::Rsix40, ContextFormat::Rsix, ContextFormat::Rsix6}) {
     const auto read = parse_context(context_xml(context, format));
     ASSERT_TRUE(read) << read.error();
     EXPECT_EQ(*read, context);
@@ -77,15 +78,37 @@ TEST(Context, OfRsi40HasTheOrdinalsOf41BelowARootOfItsOwn) {
   EXPECT_EQ(objects(early), objects(now));
 }
 
+TEST(Context, IsReadWithTypesInAnyLetterCase) {
+  const Context context = truepose_context({});
+  for (const char* name : {"OV_PRO", "Ov_Pro", "ov_pro"}) {
+    const auto read = parse_context(
+        changed(context_xml(context, ContextFormat::Rsix), "\"OV_PRO\"", "\"" + std::string{name} + "\""));
+    ASSERT_TRUE(read) << read.error();
+    EXPECT_EQ(*read, context);
+  }
+}
+
+TEST(Context, OfRsi3TellsExternalAxesByNameWhereTheNumberIsShared) {
+  const auto context = parse_context(R"(<RSIObjects>
+    <RSIObject ObjType="ETHERNET" ObjTypeID="64" ObjID="ETHERNET1"/>
+    <RSIObject ObjType="AXISCORREXT" ObjTypeID="33" ObjID="AXISCORREXT1">
+      <Inputs><Input InIdx="7" OutObjID="ETHERNET1" OutIdx="9"/></Inputs>
+      <Parameters><Parameter Name="LowerLimE1" ParamID="7" ParamValue="-2"/></Parameters></RSIObject></RSIObjects>)");
+  ASSERT_TRUE(context) << context.error();
+  const ContextObject* const external = context->of_type("AXISCORREXT");
+  EXPECT_EQ(external->inputs.at(1), (ContextOutput{"ETHERNET1", 9}));
+  EXPECT_EQ(external->number("LowerLimE1"), -2);
+}
+
 TEST(Context, IsReadBesideObjectsThatAreNotKnownHere) {
   const auto context = parse_context(R"(<RSIObjects>
-    <RSIObject ObjType="GEARTORQUE" ObjTypeID="46" ObjID="GEARTORQUE1">
+    <RSIObject ObjType="FUTURE" ObjTypeID="246" ObjID="FUTURE1">
       <Parameters><Parameter Name="Type" ParamID="1" ParamValue="0"/></Parameters></RSIObject>
     <RSIObject ObjType="ETHERNET" ObjTypeID="64" ObjID="ETHERNET1">
-      <Inputs><Input InIdx="2" OutObjID="GEARTORQUE1" OutIdx="6"/></Inputs></RSIObject></RSIObjects>)");
+      <Inputs><Input InIdx="2" OutObjID="FUTURE1" OutIdx="6"/></Inputs></RSIObject></RSIObjects>)");
   ASSERT_TRUE(context) << context.error();
-  EXPECT_EQ(context->objects[0].type, "GEARTORQUE");
-  EXPECT_EQ(context->of_type("ETHERNET")->inputs.at(2), (ContextOutput{"GEARTORQUE1", 6}));
+  EXPECT_EQ(context->objects[0].type, "FUTURE");
+  EXPECT_EQ(context->of_type("ETHERNET")->inputs.at(2), (ContextOutput{"FUTURE1", 6}));
 }
 
 TEST(Context, ThatCannotBeMeantIsRefusedInOneSentence) {
@@ -104,6 +127,12 @@ TEST(Context, ThatCannotBeMeantIsRefusedInOneSentence) {
               HasSubstr("is wired to STATUS1, which is not there"));
   EXPECT_THAT(error(changed(old, R"(ObjID="STATUS1")", R"(ObjID="SEN_PINT1")")),
               HasSubstr("two objects SEN_PINT1"));
+  EXPECT_THAT(error(changed(old, R"(Name="Type" ParamID="1" ParamValue="5")",
+                            R"(Name="Type" ParamID="1" ParamValue="9")")),
+              HasSubstr("STATUS2: Type is \"9\", expected 0 to 8"));
+  EXPECT_THAT(error(changed(old, R"(OutObjID="STATUS2" OutIdx="1")", R"(OutObjID="STATUS2" OutIdx="2")")),
+              HasSubstr("input 3 is wired to output 2 of STATUS2, but STATUS has 1"));
+  EXPECT_THAT(error(changed(old, R"(InIdx="6")", R"(InIdx="7")")), HasSubstr("AXISCORR has 6 inputs"));
   EXPECT_THAT(error("<ROOT/>"), HasSubstr("no RSI context"));
   EXPECT_THAT(error("<RSIObjects"), HasSubstr("not an XML document"));
 }
@@ -162,6 +191,26 @@ TEST(ContextLint, NamesEveryFlawAlone) {
        [](Context& c) { object(c, "ETHERNET").inputs.at(4).object = "STATUS1"; }},
       {"input 5, sent as Tp.Cell, is not led by $SEN_PINT[3]",
        [](Context& c) { object(c, "ETHERNET").inputs.at(5).object = "SEN_PINT1"; }},
+      {"input 5, sent as Tp.Cell, is not led by $SEN_PINT[3]",
+       [](Context& c) { object(c, "ETHERNET").inputs.erase(5); }},
+      {"input 6 comes from AXISCORR1, which ETHERNET1 itself leads: the controller refuses such a circle",
+       [](Context& c) {
+         object(c, "ETHERNET").inputs[6] = {"AXISCORR1", 1};
+       }},
+      {"input 6 comes from LIMIT1, which ETHERNET1 itself leads",
+       [](Context& c) {
+         c.objects.push_back({.type = "LIMIT", .id = "LIMIT1", .inputs = {{1, {"ETHERNET1", 9}}}});
+         object(c, "ETHERNET").inputs[6] = {"LIMIT1", 1};
+       }},
+      {"AXISCORR1 and AXISCORR2 both correct A3: the corrections may add up",
+       [](Context& c) {
+         c.objects.push_back({.type = "AXISCORR", .id = "AXISCORR2", .inputs = {{3, {"ETHERNET1", 3}}}});
+       }},
+      {"AXISCORREXT1: CorrE1 is led by AK.A2, which is to move an axis of the arm alone",
+       [](Context& c) {
+         c.objects.push_back(
+             {.type = "AXISCORREXT", .id = "AXISCORREXT1", .inputs = {{1, {"ETHERNET1", 2}}}});
+       }},
       {"nothing leads to CorrA4, which AK.A4 is to move",
        [](Context& c) { object(c, "AXISCORR").inputs.erase(4); }},
       {"CorrA1 is led by output 2 of ETHERNET1, but AK.A1 comes out of output 1 of ETHERNET1",

@@ -16,13 +16,32 @@ int whole(double number) {
   return std::isnan(number) ? 0 : static_cast<int>(std::clamp(number, -kMost, kMost));
 }
 
-/// What is set, or holds where it is not.
+/// Of a flow whose parameters are all set.
 double number(const rsi::ContextObject& object, std::string_view parameter) {
-  return object.number(parameter).value_or(rsi::otherwise(object.type, parameter));
+  return object.number(parameter).value_or(0);
 }
 
 int whole(const rsi::ContextObject& object, std::string_view parameter) {
   return whole(number(object, parameter));
+}
+
+/// What holds in a controller: parameters that are not given, and the monitors where there are none.
+rsi::Context with_what_holds(rsi::Context context) {
+  for (const char* monitor : {"AXISCORRMON", "POSCORRMON"}) {
+    if (context.of_type(monitor) == nullptr) context.objects.push_back({.type = monitor, .id = monitor});
+  }
+  for (rsi::ContextObject& object : context.objects) {
+    const rsi::CatalogueObject* const kind = rsi::catalogued(object.type);
+    if (kind == nullptr) continue;
+    for (const rsi::CatalogueParameter& parameter : kind->parameters) {
+      const std::string value =
+          parameter.values.empty()
+              ? parameter.otherwise
+              : std::to_string(rsi::number_of(object.type, parameter.name, parameter.otherwise));
+      object.values.emplace(parameter.name, value);
+    }
+  }
+  return context;
 }
 
 double value_at(const ChannelValues& values, const rsi::ContextObject& object, int input) {
@@ -50,9 +69,11 @@ std::optional<int> told(const rsi::ContextObject& object, const FlowSources& sou
   if (object.type == "SEN_PINT") return sources.sen_pint(whole(object, "Index"));
   if (object.type == "OV_PRO") return sources.override_percent;
   if (object.type != "STATUS") return std::nullopt;
+  static const int of_mode = rsi::number_of("STATUS", "Type", rsi::kOperatingMode);
+  static const int of_program = rsi::number_of("STATUS", "Type", rsi::kProgramState);
   const int type = whole(object, "Type");
-  if (type == rsi::number_of("STATUS", "Type", rsi::kOperatingMode)) return sources.mode;
-  if (type == rsi::number_of("STATUS", "Type", rsi::kProgramState)) return sources.program_state;
+  if (type == of_mode) return sources.mode;
+  if (type == of_program) return sources.program_state;
   return std::nullopt;
 }
 
@@ -86,6 +107,7 @@ std::optional<std::string> not_simulated(const rsi::Context& context) {
 
 std::expected<RsiFlow, std::string> RsiFlow::of(rsi::Context context) {
   if (context.of_type("ETHERNET") == nullptr) return std::unexpected("there is no ETHERNET object");
+  context = with_what_holds(std::move(context));
   if (auto what = not_simulated(context)) return std::unexpected(*std::move(what));
   return RsiFlow{std::move(context)};
 }
@@ -150,24 +172,20 @@ PoseCorrection RsiFlow::pose_correction(const rsi::ContextObject& object, const 
   return correction;
 }
 
-/// Where there is no such object its limits hold all the same.
-double RsiFlow::ceiling(std::string_view type, const std::string& parameter) const {
-  const rsi::ContextObject* const monitor = context_.of_type(type);
-  return monitor == nullptr ? rsi::otherwise(type, parameter) : number(*monitor, parameter);
-}
-
 void RsiFlow::monitor(FlowEffects& effects) const {
+  const rsi::ContextObject& ceiling = *context_.of_type("AXISCORRMON");
   for (std::size_t i = effects.correction_deg.size(); i-- > 0;) {
-    if (std::abs(effects.correction_deg[i]) > ceiling("AXISCORRMON", "MaxA" + std::to_string(i + 1)))
+    if (std::abs(effects.correction_deg[i]) > number(ceiling, "MaxA" + std::to_string(i + 1)))
       effects.monitor_axis = static_cast<int>(i) + 1;
   }
   effects.monitor_pose = effects.pose_correction && stops_at(*effects.pose_correction);
 }
 
 bool RsiFlow::stops_at(const PoseCorrection& correction) const {
+  const rsi::ContextObject& ceiling = *context_.of_type("POSCORRMON");
   const double turned_rad = angle_between(Eigen::Matrix3d::Identity(), correction.turn);
-  return correction.mm.norm() > ceiling("POSCORRMON", "MaxTrans") ||
-         turned_rad > ceiling("POSCORRMON", "MaxRotAngle") * kRadPerDeg;
+  return correction.mm.norm() > number(ceiling, "MaxTrans") ||
+         turned_rad > number(ceiling, "MaxRotAngle") * kRadPerDeg;
 }
 
 Eigen::Isometry3d PoseCorrection::applied_to(const Eigen::Isometry3d& X,

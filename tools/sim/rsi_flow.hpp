@@ -68,6 +68,7 @@ class RsiFlow {
   FlowEffects effects(const ChannelValues& received) const;
 
  private:
+  /// @param context  with all parameters
   explicit RsiFlow(rsi::Context context) : context_{std::move(context)} {}
   const rsi::ContextObject& ethernet() const { return *context_.of_type("ETHERNET"); }
   void correct(const rsi::ContextObject& object, const ChannelValues& received, FlowEffects& effects) const;
@@ -75,7 +76,6 @@ class RsiFlow {
   PoseCorrection pose_correction(const rsi::ContextObject& object, const ChannelValues& received,
                                  bool& clamped) const;
   bool stops_at(const PoseCorrection& correction) const;
-  double ceiling(std::string_view type, const std::string& parameter) const;
 
   rsi::Context context_;
 };
