@@ -21,6 +21,7 @@ namespace {
 // silent controller told within half a second of its last packet.
 constexpr Duration kLook = 50ms;
 constexpr Duration kTell = 1s;
+constexpr Duration kModesDiffer = 5s;  // more than the state server takes to see a change
 constexpr Duration kUnproven = 1s;  // a session that begins shows within some cycles that nothing is in force
 constexpr Duration kDeviceAnswer = 5s;
 constexpr Duration kLeave = 2s;  // RSI_OFF follows the Stop bit within some cycles, then kSilence
@@ -254,6 +255,7 @@ void StreamService::look() {
   const bool closed = runner_.armed() && known_silent(status);
   if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
   runner_.faults().stand(now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status)});
+  compare_modes(status);
   look_at_robot(status);
   look_whose_arm_it_is(status);
   look_for_silence(status);
@@ -274,7 +276,8 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
   }
   if (known_silent(status)) return robot;
   using eki::OperatingMode, eki::ProgramState;
-  if (auto mode = name_of(status.mode, OperatingMode::T1, OperatingMode::Ext)) robot.mode = std::move(mode);
+  auto mode = name_of(status.mode, OperatingMode::T1, OperatingMode::Ext);
+  if (mode && !mode_differs_) robot.mode = std::move(mode);
   if (auto program = name_of(status.program, ProgramState::Free, ProgramState::Ended))
     robot.program = std::move(program);
   if (status.override_percent) robot.override_percent = static_cast<double>(*status.override_percent);
@@ -301,6 +304,25 @@ void StreamService::look_at_robot(const StreamStatus& status) {
   if (!runner_.corrects()) return;
   log_info("robot: " + describe(robot_));
   parts_.events.publish(control::Topic::Stream, json());
+}
+
+/// Whether RSI and the state server name another mode for longer than the state server takes to see a change:
+/// then the context sends something else as Tp.Mode, and the state server is believed, which reads $MODE_OP
+/// by its name.
+void StreamService::compare_modes(const StreamStatus& status) {
+  const TimePoint now = parts_.clock.now();
+  const auto by_rsi = name_of(status.mode, eki::OperatingMode::T1, eki::OperatingMode::Ext);
+  const auto told = devices_.robot_state();
+  const bool differ = !known_silent(status) && by_rsi && told && !told->mode.empty() && told->mode != *by_rsi;
+  if (!differ) modes_agreed_ = now;
+  mode_differs_ = now - modes_agreed_ >= kModesDiffer;
+  runner_.faults().stand(
+      mode_differs_,
+      {"E_MODE", "warning",
+       differ ? "RSI says that the operating mode is " + *by_rsi + ", CellState that it is " + told->mode +
+                    ": the context sends something else as Tp.Mode. Load the context of this version, and "
+                    "look at it with truepose kuka lint"
+              : ""});
 }
 
 /// Of an armed stream nobody is connected to. Its state server may tell the arm's number; where that does not

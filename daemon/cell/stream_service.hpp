@@ -47,6 +47,7 @@ class StreamService {
   void take_events();
   void look();
   void look_at_robot(const StreamStatus& status);
+  void compare_modes(const StreamStatus& status);
   void look_whose_arm_it_is(const StreamStatus& status);
   bool waits_for_serial() const;
   std::string why_unverified() const;
@@ -67,7 +68,9 @@ class StreamService {
   StreamStatus before_stream_;             ///< when its program ran
   RefusedPackets refused_;
   ToldCell told_cell_;
-  RobotCondition robot_;       ///< when the stream was looked at last
+  RobotCondition robot_;      ///< when the stream was looked at last
+  TimePoint modes_agreed_{};  ///< by RSI and the state server, or one of them says none
+  bool mode_differs_ = false;
   TimePoint proven_{};         ///< when packets could be answered, or none came
   bool kept_armed_ = false;    ///< by the store
   bool verified_ = false;      ///< the arm is the model's, and has not been out of sight since

@@ -113,6 +113,29 @@ TEST_F(AnArmedStream, ShowsTheStateOfTheRobotAndTellsItsChanges) {
   });
 }
 
+TEST_F(AnArmedStream, SaysThatRsiAndTheStateServerNameAnotherModeAndShowsTheStateServers) {
+  play([this]() -> Wait {
+    co_await armed();
+    co_await pass(2s);
+    rig.program.mode = 3;  // AUT, as the state server says
+    co_await pass(10s);
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+    rig.program.mode = 1;
+    co_await pass(1s);
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(fault_of(*now), "") << "the state server sees a change later";
+    EXPECT_EQ(now->at_pointer("/stream/robot/mode"), "T1");
+    co_await pass(6s);
+    now = co_await ask("cell.status");
+    EXPECT_THAT(fault_of(*now),
+                HasSubstr("RSI says that the operating mode is T1, CellState that it is AUT"));
+    EXPECT_EQ(now->at_pointer("/stream/robot/mode"), "AUT");
+    rig.program.mode = 3;
+    co_await pass(1s);
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+  });
+}
+
 TEST_F(AnArmedStream, KnowsAStopAndTheGateByRsiWhereNoStateServerAnswersAsLongAsTheSubmitProgramRuns) {
   play([this]() -> Wait {
     robot.leave(1h);
