@@ -9,7 +9,7 @@ std::string way_out(drivers::RobotFault fault) {
       return "start truepose_motion on the controller, and look at robot.eki_motion, robot.eki_state and the cable";
     case RobotFault::Timeout:
     case RobotFault::Disconnected:
-      return "look on the pendant whether truepose_motion and truepose_submit run, and reset them";
+      return "look on the pendant whether truepose_motion and the submit interpreter (sps.sub) run, and reset them";
     case RobotFault::Protocol:
       return "install the programs and EKI files that belong to this version (truepose kuka write)";
     case RobotFault::Refused:

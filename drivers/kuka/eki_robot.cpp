@@ -136,7 +136,7 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
                                            "the robot program truepose_motion", options_.host,
                                            options_.motion_port, options_.motion_tap)},
       state_{std::make_unique<EkiChannel>(options_.stream(executor), clock, "CellState",
-                                          "the state server (truepose_submit, or sps.sub)", options_.host,
+                                          "the state server (sps.sub)", options_.host,
                                           options_.state_port, options_.state_tap)},
       answers_{std::make_unique<Answers>(executor)},
       memory_{options_.memory.value_or(KukaEkiMemory{.last_id = first_id(), .unfinished = {}})} {

@@ -6,6 +6,7 @@
 
 #include "core/math/angles.hpp"
 #include "proto/rsi/frame_numbers.hpp"
+#include "proto/rsi/gain_word.hpp"
 #include "proto/text/decimal.hpp"
 #include "proto/xml/scanner.hpp"
 
@@ -234,6 +235,11 @@ class FrameWriter {
   std::optional<FrameError> error_;
 };
 
+std::optional<std::int64_t> word_of(const SensorFrame& frame) noexcept {
+  if (!frame.gain) return std::nullopt;
+  return gain_word(*frame.gain, frame.ipoc);
+}
+
 }  // namespace
 
 std::string describe(const FrameError& error) {
@@ -379,7 +385,7 @@ std::expected<std::string_view, FrameError> SensorFrameCodec::encode(const Senso
                       kSensorDecimals);
   }
   if (!stop_first_) write_stop();
-  if (gain_) writer.numbers(kProgramElement, kGainNames, std::array{frame.gain});
+  if (gain_) writer.numbers(kProgramElement, kGainNames, std::array{word_of(frame)});
   writer.text("<IPOC>").integer(frame.ipoc).text("</IPOC></Sen>");
   return writer.result();
 }
@@ -418,7 +424,7 @@ std::expected<SensorFrame, FrameError> SensorFrameCodec::decode(std::string_view
   frame.ipoc = *ipoc;
   if (correction.value) frame.axis_correction_rad = scaled(*correction.value, kRadPerDeg);
   if (stop) frame.stop = *stop == 1;
-  frame.gain = gain[0];
+  if (gain[0]) frame.gain = gain_of(*gain[0]);
   return frame;
 }
 

@@ -9,6 +9,7 @@
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "core/simulate/published_arm.hpp"
+#include "proto/rsi/gain_word.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -43,14 +44,18 @@ EXTFCT INT RSI_DELETE(INT:IN)
 EXTFCT INT RSI_RESET()
 )krl";
 
-krl::Program loaded() {
+krl::Program loaded(AdvanceRun advance_run) {
   const std::string root = TRUEPOSE_SOURCE_DIR;
   std::vector<krl::Source> sources;
   for (const char* file : {"/config/kuka/krl/truepose_stream.src", "/config/kuka/krl/truepose_stream.dat",
                            "/config/scenarios/gluing.src", "/config/scenarios/gluing.dat"}) {
     sources.push_back({std::filesystem::path{file}.filename(), config::read_text_file(root + file)});
   }
-  auto program = krl::load({.declarations = kController_krl}, sources);
+  auto program = krl::load({.declarations = kController_krl,
+                            .pass_advance_run = advance_run == AdvanceRun::PassesVariables
+                                                    ? std::vector<std::string>{"$SEN_PINT", "$AXIS_ACT_MEAS"}
+                                                    : std::vector<std::string>{}},
+                           sources);
   if (!program) throw std::runtime_error{program.error().text()};
   return *std::move(program);
 }
@@ -90,7 +95,7 @@ void TcpErrors::add(double mm) {
   max_mm = std::max(max_mm, mm);
 }
 
-ProductionCell::ProductionCell(std::uint64_t seed, const Troubles& troubles)
+ProductionCell::ProductionCell(std::uint64_t seed, const Troubles& troubles, AdvanceRun advance_run)
     : random_{seed},
       troubles_{troubles},
       nominal_{published_arm()},
@@ -99,7 +104,7 @@ ProductionCell::ProductionCell(std::uint64_t seed, const Troubles& troubles)
       codec_{config_},
       motion_{sim::ProgramMotion::of(nominal_, upright()).value()},
       plant_{{.dead_time_ms = 8, .lag_ms = 15, .timeout_cycles = kTimeout}},
-      program_{loaded()},
+      program_{loaded(advance_run)},
       memory_{program_},
       interpreter_{program_, memory_, *this, krl::InterpreterKind::Robot},
       actual_{upright()} {
@@ -129,10 +134,8 @@ Production ProductionCell::shift(int programs) {
 
 std::string ProductionCell::stuck() const {
   const StreamStatus status = stream_ ? stream_->status() : StreamStatus{};
-  const auto gain = variables_.find("$SEN_PINT[2]");
-  const auto* percent = gain == variables_.end() ? nullptr : std::get_if<std::int32_t>(&gain->second);
   return "program " + std::to_string(shift_.programs + 1) + " does not come to its end: line " +
-         std::to_string(interpreter_.line()) + ", gain " + (percent ? std::to_string(*percent) : "?") +
+         std::to_string(interpreter_.line()) + ", gain " + std::to_string(rsi::gain_of(gain_).value_or(0)) +
          ", stream " + std::string{name(status.state)} + " " + reason(status) + ", RSI " +
          (rsi_on_ ? "on" : "off");
 }
@@ -199,7 +202,7 @@ void ProductionCell::exchange(const Plant::Sent& sent) {
   Plant::Axes correction_deg;
   for (std::size_t i = 0; i < 6; ++i) correction_deg[i] = (*answer.axis_correction_rad)[i] * kDegPerRad;
   if (!plant_.take_reply(answer.ipoc, correction_deg)) return;
-  gain_ = static_cast<std::int32_t>(answer.gain.value_or(0));
+  gain_ = static_cast<std::int32_t>(rsi::gain_word(answer.gain.value_or(0), answer.ipoc));
 }
 
 std::string ProductionCell::frame(const Plant::Sent& sent) {
@@ -269,9 +272,8 @@ void ProductionCell::judge() {
     judge_in_ = kSettled;
     return;
   }
-  const auto* gain = std::get_if<std::int32_t>(&variables_["$SEN_PINT[2]"]);
   if (judge_in_ == 0 || --judge_in_ > 0 || !rsi_on_ || stopped_ > 0 || !motion_.is_standing()) return;
-  if (!stream_ || !gain || *gain != 100) {
+  if (!stream_ || rsi::gain_of(gain_) != 100) {
     ++shift_.points_without_it;
     return;
   }

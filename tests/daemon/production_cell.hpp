@@ -51,11 +51,15 @@ struct Production {
   Troubles never_came;                ///< of those that were ordered
 };
 
+/// Whether the advance run stops at system variables of which no manual says it: none says that it does not.
+enum class AdvanceRun { StopsAtVariables, PassesVariables };
+
 /// A controller that runs a customer's program and the shipped truepose_stream, its drives, and an armed
 /// stream: cycle by cycle, in virtual time. The arm is wrong as the published one is, and the model knows it.
 class ProductionCell final : private sim::krl::Host {
  public:
-  ProductionCell(std::uint64_t seed, const Troubles& troubles);
+  ProductionCell(std::uint64_t seed, const Troubles& troubles,
+                 AdvanceRun advance_run = AdvanceRun::StopsAtVariables);
   ~ProductionCell() override;
 
   /// Runs the program again and again.
@@ -107,7 +111,7 @@ class ProductionCell final : private sim::krl::Host {
   drivers::TimePoint now_{std::chrono::hours{1}};
   JointVector actual_;
   bool rsi_on_ = false;
-  std::int32_t gain_ = 0;  // of the session's last reply
+  std::int32_t gain_ = 0;  // word of the session's last reply
   int daemon_down_ = 0, stopped_ = 0, burst_ = 0;
   std::uint64_t made_before_ = 0;
   int judge_in_ = 0;

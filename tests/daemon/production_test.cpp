@@ -26,8 +26,10 @@ void print(const Production& shift) {
       shift.max_step_deg, shift.largest_deg, shift.timeouts);
 }
 
-TEST(ProductionProgram, GluesWhereItWasTaughtThoughTheArmIsMillimetresWrong) {
-  const Production shift = ProductionCell{20261123, {}}.shift(2);
+struct ProductionProgramIn : testing::TestWithParam<AdvanceRun> {};
+
+TEST_P(ProductionProgramIn, GluesWhereItWasTaughtThoughTheArmIsMillimetresWrong) {
+  const Production shift = ProductionCell{20261123, {}, GetParam()}.shift(2);
   print(shift);
   EXPECT_EQ(shift.fault, "");
   EXPECT_THAT(shift.messages, IsEmpty());
@@ -38,6 +40,9 @@ TEST(ProductionProgram, GluesWhereItWasTaughtThoughTheArmIsMillimetresWrong) {
   EXPECT_EQ(shift.left_deg, 0) << "a program closes RSI when no correction is in force any more";
   EXPECT_EQ(shift.sessions, 2u);
 }
+
+INSTANTIATE_TEST_SUITE_P(Either, ProductionProgramIn,
+                         testing::Values(AdvanceRun::StopsAtVariables, AdvanceRun::PassesVariables));
 
 /// Three hours of it and 200 sessions in an acceptance run, every day a tenth, less of it under a sanitizer.
 TEST(ProductionProgram, IsCorrectedThroughEverythingThatHappensInAShift) {

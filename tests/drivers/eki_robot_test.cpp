@@ -271,7 +271,7 @@ TEST_F(EkiRobot, LooksByTheStateServerAloneAndReleasesNoStop) {
     robot.disconnect();
     state_acceptor_.close();
     const auto refused = co_await robot.look(soon());
-    EXPECT_THAT(refused.error().detail, HasSubstr("the state server (truepose_submit, or sps.sub)"));
+    EXPECT_THAT(refused.error().detail, HasSubstr("the state server (sps.sub)"));
   });
   EXPECT_THAT(controls_, testing::ElementsAre(eki::ControlOp::AskState, eki::ControlOp::AskState));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <pugixml.hpp>
 #include <random>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "core/math/angles.hpp"
 #include "proto/rsi/cell_word.hpp"
 #include "proto/rsi/frame_codec.hpp"
+#include "proto/rsi/gain_word.hpp"
 #include "tests/allocations.hpp"
 
 namespace truepose::rsi {
@@ -412,9 +414,24 @@ TEST(SensorFrame, TellsTheGainWhereTheConfigurationReceivesIt) {
   for (const std::int64_t gain : {std::int64_t{100}, std::int64_t{0}, kGainFault}) {
     frame.gain = gain;
     const std::string_view text = codec.encode(frame, buffer).value();
-    EXPECT_THAT(std::string{text}, testing::HasSubstr("<Tp Gain=\"" + std::to_string(gain) + "\"/><IPOC>"));
+    EXPECT_THAT(
+        std::string{text},
+        testing::HasSubstr("<Tp Gain=\"" + std::to_string(gain_word(gain, frame.ipoc)) + "\"/><IPOC>"));
     EXPECT_EQ(codec.decode(text).value(), frame);
   }
+}
+
+TEST(GainWord, IsAnotherOneInEveryCycleAndFitsIntoAnIntegerOfTheController) {
+  std::int64_t before = 0;
+  for (std::uint64_t ipoc = 4208163; ipoc < 4208163 + 4'000'000; ipoc += 4) {
+    const std::int64_t word = gain_word(kGainNoModel, ipoc);
+    ASSERT_NE(word, before);
+    ASSERT_GT(word, std::numeric_limits<std::int32_t>::min());
+    ASSERT_EQ(gain_of(word), kGainNoModel);
+    before = word;
+  }
+  EXPECT_EQ(gain_of(gain_word(100, 0)), 100);
+  for (const int nothing : {0, 100, -9}) EXPECT_EQ(gain_of(nothing), std::nullopt);
 }
 
 TEST(SensorFrame, OfAnotherTypeIsRefused) {

@@ -49,7 +49,8 @@ TEST_F(KukaCommand, WritesTheControllersFilesWithTheCellsAddressesAndLimits) {
   change("max_total_deg: 3 ", "max_total_deg: 2 ");
   const Finished done = write();
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out, AllOf(HasSubstr("System/truepose_submit.sub"), HasSubstr("Not run on hardware yet")));
+  EXPECT_THAT(done.out, AllOf(HasSubstr("TP_SUBMIT_CYCLE() in the fold USER PLC"),
+                              HasSubstr("Not run on hardware yet")));
   const auto ethernet = rsi::parse_ethernet_config(written("SensorInterface/truepose_rsi_ethernet.xml"));
   ASSERT_TRUE(ethernet) << ethernet.error();
   EXPECT_EQ(ethernet->address, "192.168.44.77");
@@ -88,21 +89,40 @@ TEST_F(KukaCommand, WritesTheContextAsTheVersionOfRsiHasIt) {
   EXPECT_EQ(write("8.2").exit_code, 2);
 }
 
-TEST_F(KukaCommand, PutsTheStateServerIntoTheOneSubmitInterpreterWhereThereIsNoOther) {
-  const Finished one = write("8.5");
-  EXPECT_THAT(one.out,
-              AllOf(HasSubstr("sps.sub"), HasSubstr("TP_SUBMIT_CYCLE()"), Not(HasSubstr("truepose_submit"))));
-  EXPECT_FALSE(std::filesystem::exists(set_ / "System"));
-  const Finished several = write("8.6");
-  EXPECT_THAT(several.out, AllOf(HasSubstr("truepose_submit.sub"), Not(HasSubstr("sps.sub"))));
-  EXPECT_THAT(written("System/truepose_submit.sub"), HasSubstr("TP_SUBMIT_CYCLE()"));
-  EXPECT_THAT(written("Program/truepose_state.src"), HasSubstr("DEF TP_SUBMIT_CYCLE()"));
+TEST_F(KukaCommand, LeavesTheSubmitProgramToTheCell) {
+  for (const char* kss : {"8.5", "8.6", "8.7"}) {
+    const Finished done = write(kss);
+    EXPECT_THAT(done.out, AllOf(HasSubstr("sps.sub"), HasSubstr("TP_SUBMIT_CYCLE()")));
+    EXPECT_FALSE(std::filesystem::exists(set_ / "System"));
+    EXPECT_FALSE(std::filesystem::exists(set_ / "Program/sps.sub"));
+    EXPECT_THAT(written("Program/truepose_state.src"), HasSubstr("DEF TP_SUBMIT_CYCLE()"));
+  }
 }
 
-TEST_F(KukaCommand, StartsRsiInTheCycleOfTheCell) {
-  change("cycle_ms: 4 ", "cycle_ms: 12 ");
+TEST_F(KukaCommand, StartsRsiInTheCycleOfTheCellAndLetsNoProductionProgramRunAt12Ms) {
   ASSERT_EQ(write().exit_code, 0);
+  EXPECT_THAT(written("Program/truepose_stream.dat"), HasSubstr("TP_CORRECTS_PTP=TRUE"));
+  change("cycle_ms: 4 ", "cycle_ms: 12 ");
+  const Finished done = write();
+  ASSERT_EQ(done.exit_code, 0);
+  EXPECT_THAT(done.out, HasSubstr("TP_BEGIN() refuses"));
   EXPECT_THAT(written("Program/truepose_motion.src"), AllOf(HasSubstr("#IPO)"), Not(HasSubstr("#IPO_FAST"))));
+  EXPECT_THAT(written("Program/truepose_stream.dat"), HasSubstr("TP_CORRECTS_PTP=FALSE"));
+}
+
+TEST_F(KukaCommand, LetsAProgramWaitLongerThanRsiDoes) {
+  change("timeout_cycles: 100 ", "timeout_cycles: 500 ");
+  ASSERT_EQ(write().exit_code, 0);
+  EXPECT_THAT(written("Program/truepose_stream.dat"), HasSubstr("TP_PATIENCE=251"));  // 3 s of 2
+}
+
+TEST_F(KukaCommand, WritesForIiqkaWhatItCanAndSaysWhatIsMissing) {
+  const Finished done = write("9");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("Missing: the programs"), HasSubstr("Not run on hardware yet")));
+  EXPECT_THAT(written("RobotSensorInterface/truepose_rsi.rsix"),
+              HasSubstr(R"(IsRuntime="false" Name="MaxA1")"));
+  EXPECT_FALSE(std::filesystem::exists(set_ / "Program"));
 }
 
 TEST_F(KukaCommand, RefusesAnAddressThatNoControllerCouldSendTo) {

@@ -35,7 +35,7 @@ struct ControllerSetup {
   std::map<std::string, std::string, std::less<>> eki_files{};  ///< EKI configurations, by channel
   std::vector<std::string> contexts{};                          ///< names of the RSI contexts that it has
   std::string selected = "TRUEPOSE_MOTION";                     ///< and started, as is
-  std::string submit = "TRUEPOSE_SUBMIT";
+  std::string submit = "SPS";
   /// What a real controller does not do: visited in a loop while RSI_MOVECORR waits. Empty: the arm stands.
   std::vector<JointVector> stream_path{};
   /// Called after a cycle of RSI that left documents, closed channels or messages. On the cycles' thread.

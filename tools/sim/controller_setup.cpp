@@ -80,8 +80,11 @@ ControllerSetup controller_setup(const config::Scenario& scenario) {
     if (file.extension() == ".xml" && file.parent_path().filename() == "eki")
       setup.eki_files.emplace(file.stem(), std::move(text));
   }
-  for (const fs::path& file : scenario.programs)
-    setup.programs.push_back({file.filename(), config::read_text_file(file)});
+  for (const fs::path& file : scenario.programs) {
+    const std::string name = file.filename();
+    std::erase_if(setup.programs, [&](const krl::Source& shipped) { return shipped.file == name; });
+    setup.programs.push_back({name, config::read_text_file(file)});
+  }
   return setup;
 }
 

@@ -252,7 +252,7 @@ const std::vector<Case> kCases{
     {"RobotSilent", [](auto&, auto& seen) {
        silence(seen);
        seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Timeout, "connected but silent"});
-     }, "robot", Level::Fault, "connected but silent", "truepose_submit"},
+     }, "robot", Level::Fault, "connected but silent", "sps.sub"},
     {"RobotSpeaksOtherwise", [](auto&, auto& seen) {
        silence(seen);
        seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Protocol, "version 9"});

@@ -27,17 +27,19 @@ rsi::ContextDemands demands_of(const config::CellConfig& cell) {
 
 // ---- kuka write ----
 
-/// What differs between the versions of KUKA System Software.
+constexpr std::chrono::milliseconds kKrlCycle{12};  // of the interpreter, and of RSI in #IPO
+
+/// What differs between the versions of KUKA System Software; 9 is iiQKA.OS2.
 struct KssVersion {
   std::string_view name;
   rsi::ContextFormat context;
-  bool has_several_submits;  ///< of which one is free for truepose_submit
 };
-constexpr std::array<KssVersion, 5> kKssVersions{{{"8.3", rsi::ContextFormat::RsiXml, false},
-                                                  {"8.4", rsi::ContextFormat::RsiXml, false},
-                                                  {"8.5", rsi::ContextFormat::Rsix40, false},
-                                                  {"8.6", rsi::ContextFormat::Rsix, true},
-                                                  {"8.7", rsi::ContextFormat::Rsix, true}}};
+constexpr std::array<KssVersion, 6> kKssVersions{{{"8.3", rsi::ContextFormat::RsiXml},
+                                                  {"8.4", rsi::ContextFormat::RsiXml},
+                                                  {"8.5", rsi::ContextFormat::Rsix40},
+                                                  {"8.6", rsi::ContextFormat::Rsix},
+                                                  {"8.7", rsi::ContextFormat::Rsix},
+                                                  {"9", rsi::ContextFormat::Rsix6}}};
 
 std::vector<std::string_view> kss_names() {
   std::vector<std::string_view> names;
@@ -74,43 +76,59 @@ std::string eki_file(std::string_view name, const config::Endpoint& controller) 
                       std::to_string(controller.port));
 }
 
-/// RSI in the cycle that the daemon expects, and its context by the name that RSI_CREATE knows it by.
+/// RSI in the cycle that the daemon expects, and its context by the name that RSI_CREATE knows it by. A
+/// program waits for the PC's word half a Timeout longer than RSI.
 std::string program_file(std::string text, const config::StreamConfig& stream, const KssVersion& kss) {
-  if (stream.cycle != std::chrono::milliseconds{4}) boost::replace_all(text, "#IPO_FAST", "#IPO");
+  const std::chrono::milliseconds patience{3 * stream.timeout_cycles * stream.cycle / 2};
+  boost::replace_all(text, "TP_PATIENCE=50", "TP_PATIENCE=" + std::to_string(patience / kKrlCycle + 1));
+  if (stream.cycle == kKrlCycle) {
+    boost::replace_all(text, "#IPO_FAST", "#IPO");
+    boost::replace_all(text, "TP_CORRECTS_PTP=TRUE", "TP_CORRECTS_PTP=FALSE");
+  }
   if (kss.context == rsi::ContextFormat::RsiXml)
     boost::replace_all(text, "RSI_CREATE(\"truepose_rsi\"", "RSI_CREATE(\"truepose_rsi.rsi\"");
   return text;
 }
 
-/// The programs, each by the extension and folder that its interpreter wants.
 void add_programs(const config::StreamConfig& stream, const KssVersion& kss,
                   std::vector<ControllerFile>& set) {
   for (const EmbeddedText& file : config::controller_files()) {
-    const std::filesystem::path path{file.name};
-    const bool submit = path.extension() == ".sub";
-    if (!file.name.starts_with("kuka/krl/") || (submit && !kss.has_several_submits)) continue;
-    set.push_back({(submit ? "System/" : "Program/") + path.filename().string(),
-                   submit ? "KRC:\\R1\\System" : "KRC:\\R1\\Program",
+    if (!file.name.starts_with("kuka/krl/") || file.name.ends_with(".sub")) continue;  // which the cell has
+    set.push_back({"Program/" + std::filesystem::path{file.name}.filename().string(), "KRC:\\R1\\Program",
                    program_file(std::string{file.text}, stream, kss)});
   }
+}
+
+std::string rsi_ethernet_file(const config::StreamConfig& stream) {
+  return with_element(
+      with_element(shipped("kuka/rsi/truepose_rsi_ethernet.xml"), "IP_NUMBER", stream.listen.host), "PORT",
+      std::to_string(stream.listen.port));
+}
+
+std::string context_file(const config::CellConfig& cell, const KssVersion& kss) {
+  return context_xml(rsi::truepose_context(demands_of(cell)), kss.context);
 }
 
 std::vector<ControllerFile> controller_set(const config::CellConfig& cell, const KssVersion& kss) {
   constexpr const char* kEki = "C:\\KRC\\ROBOTER\\Config\\User\\Common\\EthernetKRL";
   constexpr const char* kRsi = "C:\\KRC\\ROBOTER\\Config\\User\\Common\\SensorInterface";
-  const config::StreamConfig& stream = cell.stream;
-  const std::string ethernet = with_element(
-      with_element(shipped("kuka/rsi/truepose_rsi_ethernet.xml"), "IP_NUMBER", stream.listen.host), "PORT",
-      std::to_string(stream.listen.port));
   std::vector<ControllerFile> set{
       {"EthernetKRL/CellLink.xml", kEki, eki_file("kuka/eki/CellLink.xml", cell.robot.eki_motion)},
       {"EthernetKRL/CellState.xml", kEki, eki_file("kuka/eki/CellState.xml", cell.robot.eki_state)},
-      {"SensorInterface/truepose_rsi_ethernet.xml", kRsi, ethernet},
+      {"SensorInterface/truepose_rsi_ethernet.xml", kRsi, rsi_ethernet_file(cell.stream)},
       {kss.context == rsi::ContextFormat::RsiXml ? "SensorInterface/truepose_rsi.rsi.xml"
                                                  : "SensorInterface/truepose_rsi.rsix",
-       kRsi, context_xml(rsi::truepose_context(demands_of(cell)), kss.context)}};
-  add_programs(stream, kss, set);
+       kRsi, context_file(cell, kss)}};
+  add_programs(cell.stream, kss, set);
   return set;
+}
+
+/// What of it iiQKA.OS2 can load: its programs need other calls.
+std::vector<ControllerFile> iiqka_set(const config::CellConfig& cell, const KssVersion& kss) {
+  const std::string folder = "RobotSensorInterface/", below = "Config/" + folder;
+  return {{folder + "truepose_rsi_ethernet.xml", below + "Ethernet configuration",
+           rsi_ethernet_file(cell.stream)},
+          {folder + "truepose_rsi.rsix", below + "Context", context_file(cell, kss)}};
 }
 
 /// A controller needs addresses that it can send to and listen on.
@@ -128,7 +146,8 @@ int run_write(const KukaWrite& command) {
   const config::CellConfig cell = config::load_cell(command.cell_file);
   check_addresses(command, cell);
   const KssVersion& kss = *std::ranges::find(kKssVersions, command.kss, &KssVersion::name);
-  const std::vector<ControllerFile> set = controller_set(cell, kss);
+  const bool iiqka = kss.context == rsi::ContextFormat::Rsix6;
+  const std::vector<ControllerFile> set = iiqka ? iiqka_set(cell, kss) : controller_set(cell, kss);
   for (const ControllerFile& file : set) {
     const std::filesystem::path path = command.folder / file.name;
     std::error_code failed;
@@ -136,10 +155,16 @@ int run_write(const KukaWrite& command) {
     config::write_text_file(path, file.text);  // says why, where the folder could not be made
     std::printf("%-44s to %s\n", file.name.c_str(), file.destination.c_str());
   }
-  std::printf("\n%s\n", kss.has_several_submits
-                            ? "Have truepose_submit started by a submit interpreter of its own."
-                            : "In KRC:\\R1\\System\\sps.sub: TP_SUBMIT_INIT() in the fold USER INIT, "
-                              "TP_SUBMIT_CYCLE() in the fold USER PLC.");
+  std::printf(
+      "\n%s\n",
+      iiqka ? "Missing: the programs. RSI 6 and EKI 6 have other calls (RSI_LOAD, RSI_PROCESS_ON, EKI_Load, "
+              "EKI_ReadNext), and no set of ours uses them: config/kuka/README.md, iiQKA.OS2."
+            : "In KRC:\\R1\\System\\sps.sub: TP_SUBMIT_INIT() in the fold USER INIT, "
+              "TP_SUBMIT_CYCLE() in the fold USER PLC.");
+  if (!iiqka && cell.stream.cycle == kKrlCycle)
+    std::printf(
+        "At 12 ms (#IPO) RSI corrects LIN and CIRC alone: TP_BEGIN() refuses. Set stream.cycle_ms 4 for "
+        "production programs.\n");
   std::printf(
       "For KSS %s, %s. Not run on hardware yet: read the shipped config/kuka/README.md, and try everything in "
       "T1 at low override first.\n",

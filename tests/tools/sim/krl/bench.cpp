@@ -12,8 +12,11 @@ std::string key(std::string_view name, std::optional<int> index) {
   return std::string(name) + (index ? "[" + std::to_string(*index) + "]" : "");
 }
 
-Program loaded(const std::vector<Source>& sources, const std::string& declarations) {
-  auto program = load(cell(declarations), sources);
+Program loaded(const std::vector<Source>& sources, const std::string& declarations,
+               std::vector<std::string> pass_advance_run) {
+  Environment environment = cell(declarations);
+  environment.pass_advance_run = std::move(pass_advance_run);
+  auto program = load(environment, sources);
   if (!program) throw std::runtime_error(program.error().text());
   return std::move(*program);
 }
@@ -26,9 +29,8 @@ Environment cell(const std::string& declarations) {
 
 Value FakeHost::read(std::string_view name, std::optional<int> index) {
   if (name == "$TIMER") return static_cast<int>((now - timer_zero_[*index]) / 1ms);
-  for (const auto* of : {&rewritten, &variables}) {
-    if (const auto at = of->find(key(name, index)); at != of->end()) return at->second;
-  }
+  if (const auto at = rewritten.find(key(name, index)); at != rewritten.end()) return at->second(now);
+  if (const auto at = variables.find(key(name, index)); at != variables.end()) return at->second;
   const bool is_bit = name == "$FLAG" || name == "$IN" || name == "$OUT";
   return is_bit ? Value{false} : Value{};
 }
@@ -127,8 +129,9 @@ std::optional<Time> FakeHost::next_change() const {
   return std::min(next.value_or(Time::max()), now + making_.front().left);
 }
 
-Bench::Bench(std::vector<Source> sources, const std::string& declarations)
-    : program{loaded(sources, declarations)}, memory{program} {}
+Bench::Bench(std::vector<Source> sources, const std::string& declarations,
+             std::vector<std::string> pass_advance_run)
+    : program{loaded(sources, declarations, std::move(pass_advance_run))}, memory{program} {}
 
 Interpreter& Bench::start(const std::string& name, InterpreterKind kind) {
   Interpreter& interpreter = interpreters.emplace_back(program, memory, host, kind);

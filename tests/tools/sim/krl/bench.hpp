@@ -43,7 +43,8 @@ class FakeHost : public Host {
   Time motion_time = 1s;
   Time braking_time = 100ms;
   std::map<std::string, Value> variables;  ///< "$FLAG[103]", "$OV_PRO"
-  std::map<std::string, Value> rewritten;  ///< the same, that the controller writes anew in every cycle
+  /// The same, that the controller writes again in every cycle.
+  std::map<std::string, std::function<Value(Time)>> rewritten;
   std::function<std::expected<CallResult, std::string>(ExternalCall&)> on_call;
   std::function<void(const Motion&)> on_arrival;
   std::vector<std::string> log;  ///< "move 1", "1 is made", "brake", "go on", "cancel"
@@ -65,8 +66,10 @@ class FakeHost : public Host {
 /// Sources, loaded and run against a FakeHost. Throws std::runtime_error where they do not load.
 class Bench {
  public:
-  /// @param declarations  beside the controller's
-  explicit Bench(std::vector<Source> sources, const std::string& declarations = "");
+  /// @param declarations      beside the controller's
+  /// @param pass_advance_run  names that do not stop it
+  explicit Bench(std::vector<Source> sources, const std::string& declarations = "",
+                 std::vector<std::string> pass_advance_run = {});
 
   /// Selects and starts.
   Interpreter& start(const std::string& name, InterpreterKind kind = InterpreterKind::Robot);

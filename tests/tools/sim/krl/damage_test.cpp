@@ -14,8 +14,8 @@ namespace {
 bool survives(const std::vector<Source>& sources) {
   if (!load_error(sources).empty()) return false;
   ScriptedCell cell(sources);
-  for (const auto& [name, kind] : {std::pair{"TRUEPOSE_SUBMIT", InterpreterKind::Submit},
-                                   std::pair{"TRUEPOSE_MOTION", InterpreterKind::Robot}}) {
+  for (const auto& [name, kind] :
+       {std::pair{"SPS", InterpreterKind::Submit}, std::pair{"TRUEPOSE_MOTION", InterpreterKind::Robot}}) {
     if (const auto at = cell.bench.program.find_routine(name);
         at && cell.bench.program.routines[*at].parameters.empty())
       cell.bench.start(name, kind);

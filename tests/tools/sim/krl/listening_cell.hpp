@@ -13,7 +13,7 @@ using Said = std::vector<std::string>;
 /// The motion program, past its first motion, greeted and listening.
 struct Listening : ScriptedCell {
   explicit Listening(InterpreterKind with = InterpreterKind::Robot) {
-    if (with == InterpreterKind::Submit) bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+    if (with == InterpreterKind::Submit) bench.start("SPS", InterpreterKind::Submit);
     motion = &bench.start("TRUEPOSE_MOTION");
     bench.run_for(1s);
     connect();

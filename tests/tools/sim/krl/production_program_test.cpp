@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "proto/rsi/gain_word.hpp"
 #include "tests/tools/sim/krl/listening_cell.hpp"
 
 namespace truepose::sim::krl {
@@ -19,9 +22,14 @@ struct Production : ScriptedCell {
   }
   int asked() { return std::get<std::int32_t>(bench.host.variables["$SEN_PINT[1]"]); }
   /// RSI writes it in every cycle, and leaves the last when it times out.
-  void tell_gain(int percent) { bench.host.rewritten["$SEN_PINT[2]"] = percent; }
+  void tell_gain(int percent) {
+    bench.host.rewritten["$SEN_PINT[2]"] = [percent](Time now) {
+      const auto ipoc = static_cast<std::uint64_t>(now / 4ms * 4);
+      return Value{static_cast<std::int32_t>(rsi::gain_word(percent, ipoc))};
+    };
+  }
   void end_rsi() {
-    bench.host.set("$SEN_PINT[2]", bench.host.rewritten["$SEN_PINT[2]"]);
+    bench.host.set("$SEN_PINT[2]", bench.host.rewritten["$SEN_PINT[2]"](bench.host.now));
     bench.host.rewritten.clear();
     rsi_on = false;
   }
@@ -56,6 +64,35 @@ TEST(ProductionProgram, WaitsUntilItIsCorrectedAndUntilItIsNoMore) {
   EXPECT_EQ(cell.said, (Said{"RSI_RESET", "RSI_CREATE", "RSI_ON", "RSI_OFF", "RSI_DELETE"})) << cell.fault();
   EXPECT_EQ(cell.program->state(), ProgramState::Ended) << cell.fault();
   EXPECT_TRUE(cell.bench.host.messages.empty());
+}
+
+/// No manual says that what TP_BEGIN and TP_END use stops the advance run: with it three motions ahead they
+/// must wait for the arm all the same.
+TEST(ProductionProgram, BeginsAndEndsWhereTheArmIsWhateverPassesTheAdvanceRun) {
+  ScriptedCell cell{shipped_sources(program_of(
+                        "$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}\n$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}\n"
+                        "PTP {A1 1}\nPTP {A1 2}\nTP_BEGIN()\nPTP {A1 3}\nPTP {A1 4}\nPTP {A1 5}\nTP_END()")),
+                    {"$SEN_PINT", "$AXIS_ACT_MEAS", "RSI_RESET", "RSI_CREATE", "RSI_ON", "RSI_OFF",
+                     "RSI_DELETE", "MSGNOTIFY"}};
+  FakeHost& host = cell.bench.host;
+  int gain = 0;
+  host.rewritten["$SEN_PINT[2]"] = [&](Time now) {
+    const bool asks = host.variables["$SEN_PINT[1]"] == Value{1};
+    if (!asks && gain == 100) host.log.push_back("asked to ramp out");
+    gain = asks ? 100 : 0;
+    return Value{static_cast<std::int32_t>(rsi::gain_word(gain, static_cast<std::uint64_t>(now / 1ms)))};
+  };
+  cell.on_send = [&](const std::string& what) { host.log.push_back(what); };
+  Interpreter& program = cell.bench.start("P");
+  cell.bench.run_for(60s);
+  EXPECT_EQ(program.state(), ProgramState::Ended) << (program.fault() ? program.fault()->text() : "");
+  const auto at = [&](const std::string& entry) {
+    return std::ranges::find(host.log, entry) - host.log.begin();
+  };
+  EXPECT_LT(at("2 is made"), at("RSI_RESET"));
+  EXPECT_LT(at("2 is made"), at("move 3")) << "which goes to where the arm stands";
+  EXPECT_LT(at("6 is made"), at("asked to ramp out"));
+  EXPECT_LT(at("asked to ramp out"), at("RSI_OFF"));
 }
 
 TEST(ProductionProgram, SaysOnThePendantOnceWhyItIsNotCorrected) {

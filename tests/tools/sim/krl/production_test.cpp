@@ -80,7 +80,8 @@ END
 )krl";
 
 TEST(ProductionPrograms, OfInlineFormsRun) {
-  Bench bench({{"$config.dat", kWeldConfiguration}, {"weld.dat", kWeldData}, {"weld.src", kWeldProgram}});
+  Bench bench(std::vector<Source>{
+      {"$config.dat", kWeldConfiguration}, {"weld.dat", kWeldData}, {"weld.src", kWeldProgram}});
   std::vector<std::string> bas;
   bench.host.set("$STOPMESS", false);
   bench.host.set("$IN[7]", true);

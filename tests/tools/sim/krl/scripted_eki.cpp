@@ -1,5 +1,6 @@
 #include "tests/tools/sim/krl/scripted_eki.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 #include <utility>
@@ -33,15 +34,15 @@ std::string number_text(const Value& value) {
 
 std::vector<Source> shipped_sources(const std::vector<Source>& more) {
   std::vector<Source> sources;
-  for (const char* file :
-       {"truepose_motion.src", "truepose_motion.dat", "truepose_stream.src", "truepose_stream.dat",
-        "truepose_state.src", "truepose_state.dat", "truepose_submit.sub"})
-    sources.push_back({file, contents(file)});
+  for (const char* file : {"truepose_motion.src", "truepose_motion.dat", "truepose_stream.src",
+                           "truepose_stream.dat", "truepose_state.src", "truepose_state.dat", "sps.sub"})
+    if (std::ranges::find(more, file, &Source::file) == more.end()) sources.push_back({file, contents(file)});
   sources.insert(sources.end(), more.begin(), more.end());
   return sources;
 }
 
-ScriptedCell::ScriptedCell(std::vector<Source> sources) : bench{std::move(sources)} {
+ScriptedCell::ScriptedCell(std::vector<Source> sources, std::vector<std::string> pass_advance_run)
+    : bench{std::move(sources), "", std::move(pass_advance_run)} {
   FakeHost& host = bench.host;
   host.on_call = [this](ExternalCall& call) { return answer(call); };
   host.set("$AXIS_ACT_MEAS", axes(0));

@@ -16,7 +16,8 @@ std::vector<Source> shipped_sources(const std::vector<Source>& more = {});
 /// EKI, RSI and BAS of a Bench, answered from a script.
 class ScriptedCell {
  public:
-  explicit ScriptedCell(std::vector<Source> sources = shipped_sources());
+  explicit ScriptedCell(std::vector<Source> sources = shipped_sources(),
+                        std::vector<std::string> pass_advance_run = {});
 
   /// A client comes to every channel that listens; one that had a client does only when it was cleared,
   /// loaded and opened anew.

@@ -8,7 +8,7 @@ namespace {
 
 TEST(StateServer, AnswersEachControlWithTheState) {
   ScriptedCell cell;
-  Interpreter& submit = cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  Interpreter& submit = cell.bench.start("SPS", InterpreterKind::Submit);
   cell.connect();
   cell.control(8, 5);
   cell.bench.run_for(12ms);
@@ -22,7 +22,7 @@ TEST(StateServer, AnswersEachControlWithTheState) {
 
 TEST(StateServer, TellsByRsiOfStopGateAndToolAsLongAsItRuns) {
   ScriptedCell cell;
-  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.bench.start("SPS", InterpreterKind::Submit);
   const auto told = [&] {
     cell.bench.run_for(40ms);
     return rsi::cell_signals(std::get<std::int32_t>(cell.bench.host.variables["$SEN_PINT[3]"]));
@@ -52,7 +52,7 @@ TEST(StateServer, TellsByRsiOfStopGateAndToolAsLongAsItRuns) {
 
 TEST(StateServer, BoundsTheOverride) {
   ScriptedCell cell;
-  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.bench.start("SPS", InterpreterKind::Submit);
   cell.connect();
   cell.control(1, 1, 51);
   cell.bench.run_for(20ms);
@@ -74,7 +74,7 @@ TEST(StateServer, StopsTheMotionProgram) {
 
 TEST(StateServer, TellsWhichArmItIs) {
   ScriptedCell cell;
-  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.bench.start("SPS", InterpreterKind::Submit);
   cell.connect();
   cell.control(1, 5);
   cell.bench.run_for(20ms);
@@ -84,7 +84,7 @@ TEST(StateServer, TellsWhichArmItIs) {
 
 TEST(StateServer, TellsTheStateWhereNoPositionHasAValue) {
   ScriptedCell cell;
-  Interpreter& submit = cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  Interpreter& submit = cell.bench.start("SPS", InterpreterKind::Submit);
   cell.connect();
   for (const char* name : {"$POS_ACT_MES", "$ACT_TOOL", "$ACT_BASE"}) cell.bench.host.variables.erase(name);
   cell.control(1, 5);
@@ -98,7 +98,7 @@ TEST(StateServer, TellsTheStateWhereNoPositionHasAValue) {
 TEST(StateServer, SaysOnThePendantThatItsChannelCannotBeUsedAndTriesAgain) {
   ScriptedCell cell;
   cell.init_fails = true;
-  cell.bench.start("TRUEPOSE_SUBMIT", InterpreterKind::Submit);
+  cell.bench.start("SPS", InterpreterKind::Submit);
   ASSERT_EQ(cell.bench.host.messages.size(), 1u);
   EXPECT_EQ(cell.bench.host.messages[0], "EKI_Init of CellState failed: is CellState.xml in EthernetKRL?");
   cell.bench.run_for(11s);
@@ -187,7 +187,7 @@ TEST(StateServerInSps, TakesTheNextClientWheneverOneIsGone) {
   EXPECT_EQ(cell.answers(7), 1) << cell.fault();
 }
 
-TEST(StateServerInSps, ScansOnWhereItsChannelCannotBeUsedAndSaysSoNowAndThen) {
+TEST(StateServerInSps, ScansOnWhereItsChannelCannotBeUsedAndSaysSoOnce) {
   OneSubmit cell;
   cell.disconnect();
   cell.init_fails = true;
