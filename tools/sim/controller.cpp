@@ -389,6 +389,12 @@ bool Controller::drives_on() const {
   return drives_on_;
 }
 
+/// In #IPO corrections apply to LIN and CIRC alone (KST RSI 3.3, 4.1, as quoted by a program that ran).
+bool Controller::corrects() const {
+  const std::lock_guard lock{mutex_};
+  return !rsi_ipo_ || !motion_.is_ptp();
+}
+
 FlowSources Controller::sources() const {
   const std::lock_guard lock{mutex_};
   const auto read = [this](int index) {

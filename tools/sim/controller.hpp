@@ -135,6 +135,7 @@ class Controller final : public RsiProgram, private krl::Host {
   const JointVector& set_points() const override { return set_points_; }
   bool moving() const override { return is_moving(); }
   bool drives_on() const override;
+  bool corrects() const override;
   FlowSources sources() const override;
   void take(const FlowEffects& effects) override;
   bool is_on() const override;
@@ -212,6 +213,7 @@ class Controller final : public RsiProgram, private krl::Host {
   int mode_ = 4;
   std::optional<std::string> rsi_context_;  // created
   bool rsi_on_ = false;
+  bool rsi_ipo_ = false;  // in #IPO
   std::uint64_t rsi_sessions_ = 0;
   bool in_movecorr_ = false;
   std::optional<StreamPath> stream_path_;  // while in RSI_MOVECORR

@@ -135,6 +135,8 @@ std::expected<CallResult, std::string> Controller::rsi_call(krl::ExternalCall& c
     if (std::get<krl::Literal>(call.arguments[0]).name != "ABSOLUTE")
       return std::unexpected("RSI_ON: only #ABSOLUTE is simulated");
     if (!rsi_context_ || rsi_on_) return CallResult{.value = kRsiFault};
+    const auto* cycle = std::get_if<krl::Literal>(&call.arguments[1]);
+    rsi_ipo_ = cycle != nullptr && cycle->name == "IPO";
     rsi_on_ = true;
     ++rsi_sessions_;
     return CallResult{.value = kRsiOk};

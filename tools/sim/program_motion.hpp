@@ -51,6 +51,8 @@ class ProgramMotion {
   std::vector<std::uint64_t> take_switched() { return switching_.take(); }
   const JointVector& position() const { return q_; }
   const StatusTurnInverse& inverse() const { return planner_.inverse(); }
+  /// Whether the arm is moved by its axes, not along a path: PTP and its like.
+  bool is_ptp() const { return !is_standing() && !waiting_.front().along; }
   /// How many motions were made to their end.
   std::uint64_t made() const { return made_; }
   /// How many of them moved the arm.

@@ -154,6 +154,7 @@ std::int64_t RsiClient::delay() const {
 }
 
 RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
+  if (setup_.ethernet.only_send) return {Reply::Unread};
   auto reply = replies_.read(datagram);
   if (!reply) {
     ++counters_.rejected;
@@ -182,12 +183,12 @@ std::optional<RsiEnd> RsiClient::end_cycle() {
     for (const auto& [channel, value] : reply_->outputs) outputs_[channel] = value;
     ++counters_.answered;
     unanswered_in_a_row_ = 0;
-  } else {
+  } else if (!setup_.ethernet.only_send) {
     ++counters_.lost;
     ++unanswered_in_a_row_;
   }
   const FlowEffects effects = flow_.effects(outputs_);
-  if (!setup_.ignores_correction && !ignoring_) {
+  if (!setup_.ignores_correction && !ignoring_ && program_->corrects()) {
     counters_.clamped += effects.clamped;
     rsi::Axes correction_rad;
     std::ranges::transform(effects.correction_deg, correction_rad.begin(),
@@ -198,8 +199,7 @@ std::optional<RsiEnd> RsiClient::end_cycle() {
   program_->take(effects);
   if (effects.monitor_axis) return RsiEnd::Monitor;
   if (effects.monitor_pose) return RsiEnd::PoseMonitor;
-  const bool waits = !setup_.ethernet.only_send;
-  if (waits && unanswered_in_a_row_ >= timeout_cycles_) return RsiEnd::Timeout;
+  if (unanswered_in_a_row_ >= timeout_cycles_) return RsiEnd::Timeout;
   return program_->is_on() ? std::nullopt : std::optional{RsiEnd::Off};
 }
 

@@ -41,6 +41,8 @@ class RsiProgram {
   virtual bool moving() const = 0;
   /// Without them the axes stand where they are.
   virtual bool drives_on() const { return true; }
+  /// Whether RSI applies a new correction now; else it keeps the one that it has.
+  virtual bool corrects() const { return true; }
   virtual FlowSources sources() const = 0;
   virtual void take(const FlowEffects& effects) = 0;
   /// Whether the program still has RSI on.
@@ -141,7 +143,7 @@ class RsiClient {
   /// has switched RSI off, which ends the session
   std::string_view begin_cycle();
 
-  enum class Reply { Valid, Late, WrongIpoc, Rejected };
+  enum class Reply { Valid, Late, WrongIpoc, Rejected, Unread };
   struct Verdict {
     Reply reply;
     std::uint64_t cycles_ago = 0;  ///< how long ago the answered datagram was sent

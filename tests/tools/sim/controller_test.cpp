@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -336,6 +338,26 @@ TEST(Controller, MakesSplinesAndSwitchesOnTheirPath) {
   EXPECT_EQ(controller.program().state, eki::ProgramState::Ended);
   EXPECT_EQ(controller.moves(), 3U) << "a block is one motion";
   EXPECT_NEAR(controller.axes()[0] * kDegPerRad, 35, 0.8) << "30 mm at 200 mm/s and 20 mm of braking";
+}
+
+TEST(Controller, CorrectsNoPtpInTheCycleOf12Ms) {
+  for (const bool ipo : {false, true}) {
+    Controller controller{with_program(
+        "DECL INT ID\n$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\nPTP $AXIS_ACT_MEAS\nIF RSI_CREATE(\"truepose_rsi\",ID,TRUE)<>RSIOK THEN\nHALT\n"
+        "ENDIF\nIF RSI_ON(#ABSOLUTE," +
+        std::string{ipo ? "#IPO" : "#IPO_FAST"} +
+        ")<>RSIOK THEN\nHALT\nENDIF\nPTP {A1 20}\nWAIT SEC 0.0\nLIN_REL {Z 50}\n")};
+    std::map<std::uint64_t, std::set<bool>> corrected;  // by the motions made before
+    for (int cycle = 0; cycle < 5000; ++cycle) {
+      static_cast<RsiProgram&>(controller).advance(kRsiCycle, controller.set_points());
+      if (controller.is_on() && controller.moving())
+        corrected[controller.moves()].insert(controller.corrects());
+    }
+    EXPECT_THAT(controller.take_messages(), IsEmpty());
+    ASSERT_GE(corrected.size(), 2U);
+    EXPECT_EQ(corrected.begin()->second, std::set{!ipo}) << "PTP";
+    EXPECT_EQ(corrected.rbegin()->second, std::set{true}) << "LIN";
+  }
 }
 
 TEST(Controller, RefusesTheParametersOfInlineFormsByNameAndLine) {

@@ -339,6 +339,53 @@ TEST_F(RsiClientThatIgnores, TakesRepliesAndMovesNothing) {
   EXPECT_EQ(client.counters().max_step_rad, 0);
 }
 
+class RsiClientThatOnlySends : public RsiClientTest {
+ protected:
+  RsiClientThatOnlySends() : RsiClientTest{only_sending()} {}
+  static RsiSetup only_sending() {
+    RsiSetup setup = RsiClientTest::setup();
+    setup.ethernet.only_send = true;
+    return setup;
+  }
+};
+
+TEST_F(RsiClientThatOnlySends, ReadsNoReplyAndWaitsForNone) {
+  for (int cycle = 0; cycle < 50; ++cycle) {
+    const std::uint64_t ipoc = begin().ipoc;
+    EXPECT_EQ(client.receive(reply(ipoc, 1)).reply, Reply::Unread);
+    EXPECT_FALSE(client.end_cycle());
+  }
+  EXPECT_EQ(a1_deg(), 0);
+  EXPECT_EQ(client.counters().answered, 0u);
+  EXPECT_EQ(begin().delay, 0);
+}
+
+/// A program that is where RSI applies nothing new, as in PTP under #IPO.
+struct Uncorrected : StreamPath {
+  using StreamPath::StreamPath;
+  bool corrects() const override { return corrected; }
+  bool corrected = true;
+};
+
+TEST(RsiClient, KeepsTheCorrectionThatItHasWhereItsProgramTakesNoNewOne) {
+  const RsiSetup what{.nominal = kr210(),
+                      .ethernet = ethernet(true),
+                      .context = rsi::truepose_context({.timeout_cycles = 5, .max_total_deg = 5}),
+                      .cycle = 4ms};
+  const auto program = std::make_shared<Uncorrected>(kr210(), std::vector<JointVector>{kStart}, 1.0);
+  RsiClient client{what, program, kFirstIpoc};
+  const rsi::SensorFrameCodec codec{what.ethernet};
+  std::array<char, rsi::kMaxFrameBytes> buffer;
+  for (const double a1_deg : {1.0, 2.0, 3.0}) {
+    program->corrected = a1_deg != 2.0;
+    const std::uint64_t ipoc = rsi::decode_robot_frame(client.begin_cycle()).value().ipoc;
+    client.receive(
+        codec.encode({.ipoc = ipoc, .axis_correction_rad = rsi::Axes{a1_deg * kRadPerDeg}}, buffer).value());
+    client.end_cycle();
+    EXPECT_NEAR(client.correction_rad()[0] * kDegPerRad, a1_deg == 2.0 ? 1 : a1_deg, 1e-9);
+  }
+}
+
 TEST_F(RsiClientTest, StartsAnewWithNothingInForceWhenRsiIsSwitchedOffAndOn) {
   answered(0.5);
   unanswered();
