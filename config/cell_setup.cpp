@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/arm/payload.hpp"
+#include "core/formatted.hpp"
 #include "core/judge/cramer_rao.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
@@ -104,13 +105,14 @@ CompensationOptions compensation_options(const CellConfig& cell, Approach approa
 }
 
 std::expected<CorrectedArm, std::string> corrected_arm(const CellConfig& cell, const CalibratedCell& model,
-                                                       const ToolFile* tool, const LinkMass* payload) {
+                                                       const ToolFile* tool, const LinkMass* payload,
+                                                       const std::optional<Eigen::Isometry3d>& X_FT) {
   if (payload) {
     auto arm = carrying(model.robot, *payload);
     if (!arm) return std::unexpected("payload: " + arm.error());
     CalibratedCell loaded = model;
     loaded.robot = *std::move(arm);
-    return corrected_arm(cell, loaded, tool);
+    return corrected_arm(cell, loaded, tool, nullptr, X_FT);
   }
   if (!tool) {
     const Eigen::Vector3d p_FS_mm =
@@ -119,7 +121,20 @@ std::expected<CorrectedArm, std::string> corrected_arm(const CellConfig& cell, c
   }
   const auto measured = tool_under({model, {}, {cell.tracker.noise, cell.robot.repeatability_mm}}, *tool);
   if (!measured) return std::unexpected("tool " + std::to_string(tool->number) + ": " + measured.error());
-  return CorrectedArm{with_tool(model.robot, measured->X, tool->X_told), tool->X_told.translation()};
+  const Eigen::Isometry3d& X_told = X_FT ? *X_FT : tool->X_told;
+  return CorrectedArm{with_tool(model.robot, measured->X, X_told), X_told.translation()};
+}
+
+std::string other_tool_data(const ToolFile& tool, const Eigen::Isometry3d& X_FT) {
+  constexpr double kMost_mm = 0.02, kMost_deg = 0.002;  // of a REAL, typed with three decimals
+  const double mm = (X_FT.translation() - tool.X_told.translation()).norm();
+  const double deg = angle_between(X_FT.linear(), tool.X_told.linear()) * kDegPerRad;
+  if (mm <= kMost_mm && deg <= kMost_deg) return {};
+  const std::string number = std::to_string(tool.number);
+  return "the controller's frame of tool " + number + formatted(" is %.3f mm and %.4f deg", mm, deg) +
+         " from the measured one, and is corrected as the controller has it: put the measured frame into "
+         "TOOL_DATA[" +
+         number + "] (truepose tool list), or work without the measured tool";
 }
 
 const LinkMass* load_of(const CellConfig& cell, std::optional<int> tool) {

@@ -55,7 +55,10 @@ struct RobotState {
   std::string program;  ///< of the robot interpreter: "free", "reset", "active", "stopped" or "ended"
   bool emergency_stop = false;
   bool gate_open = false;
-  std::optional<int> tool;            ///< number of the program's tool; none: not told, or none is in force
+  std::optional<int> tool;  ///< number of the program's tool; none: not told, or none is in force
+  /// In force, X Y Z in mm and A B C in deg, and the mass of $LOAD; none: not told, or none is in force.
+  std::optional<std::array<double, 6>> tool_frame, base_frame;
+  std::optional<double> load_kg;
   std::optional<std::string> serial;  ///< number of the arm; none: not told
 };
 

@@ -5,6 +5,7 @@
 
 #include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
+#include "core/math/angles.hpp"
 #include "core/math/statistics.hpp"
 #include "daemon/log/log.hpp"
 
@@ -19,6 +20,7 @@ namespace {
 
 constexpr const char* kModelFault = "E_MODEL";
 constexpr const char* kToolFault = "E_TOOL";
+constexpr const char* kToolDataFault = "E_TOOL_DATA";
 constexpr const char* kActiveModel = "active model";  // what may be owed to the store
 constexpr std::size_t kModelsRemembered = 8;          // of those that the stream was given
 
@@ -96,15 +98,16 @@ asio::awaitable<StoreResult<void>> ModelService::load_active() {
 void ModelService::give_to_stream(const Active& model) {
   const Given& given = given_with_tool(model);
   parts_.stream.use_model(given.cell.robot, given.number, given.cell.reflectors.front().p_FS_mm);
+  compare_frame();
 }
 
 const ModelService::Given& ModelService::given_with_tool(const Active& model) {
   if (parts_.config.stream.tool) tool_.number = parts_.config.stream.tool;
   const config::ToolFile* tool = tool_.number ? tools_.of(*tool_.number) : nullptr;
   const LinkMass* load = config::load_of(parts_.config, tool_.number);
-  auto arm = config::corrected_arm(parts_.config, model.cell, tool, load);
+  auto arm = config::corrected_arm(parts_.config, model.cell, tool, load, tool_.X);
   runner_.faults().stand(!arm, {kToolFault, "warning", arm ? "" : arm.error()});
-  if (!arm && load) arm = config::corrected_arm(parts_.config, model.cell, tool);
+  if (!arm && load) arm = config::corrected_arm(parts_.config, model.cell, tool, nullptr, tool_.X);
   tool_.is_measured = tool && arm;
   if (!arm) arm = config::corrected_arm(parts_.config, model.cell, nullptr);
 
@@ -115,7 +118,8 @@ const ModelService::Given& ModelService::given_with_tool(const Active& model) {
   // A program takes its tools in turn: the last recording shall know them all.
   const auto before = std::ranges::find_if(given_, [&](const Given& other) {
     return other.record.id == given.record.id && other.tool == given.tool && other.tool_of == given.tool_of &&
-           other.cell.robot.payload == given.cell.robot.payload;
+           other.cell.robot.payload == given.cell.robot.payload &&
+           other.cell.robot.X_flange.matrix() == given.cell.robot.X_flange.matrix();
   });
   given.number = before == given_.end() ? ++number_ : before->number;
   if (before != given_.end()) given_.erase(before);
@@ -123,20 +127,38 @@ const ModelService::Given& ModelService::given_with_tool(const Active& model) {
   return given_.emplace_back(std::move(given));
 }
 
-void ModelService::controller_has(std::optional<int> tool) {
-  if (parts_.config.stream.tool || tool == tool_.number) return;
+void ModelService::controller_has(std::optional<int> tool,
+                                  const std::optional<std::array<double, 6>>& frame) {
+  const auto& fixed = parts_.config.stream.tool;
+  std::optional<Eigen::Isometry3d> X =
+      (fixed ? *fixed == tool : tool == tool_.number) ? tool_.X : std::nullopt;
+  if (frame && (!fixed || *fixed == tool)) {
+    const std::array<double, 6>& at = *frame;
+    X = pose_from_kuka({at[0], at[1], at[2]}, {at[3], at[4], at[5]});
+  }
+  const bool same_frame = X.has_value() == tool_.X.has_value() && (!X || X->isApprox(*tool_.X));
+  const bool same_tool = fixed || tool == tool_.number;
+  if (same_tool && same_frame) return;
   const bool was_measured = tool_.is_measured;
   const LinkMass* const carried = config::load_of(parts_.config, tool_.number);
-  tool_ = {tool};
-  const bool is_measured = tool && tools_.of(*tool);
-  const bool carries_else = config::load_of(parts_.config, tool) != carried;
+  tool_ = {.number = fixed ? fixed : tool, .X = X};
+  const bool is_measured = tool_.number && tools_.of(*tool_.number);
+  const bool carries_else = config::load_of(parts_.config, tool_.number) != carried;
   if (active_ && (was_measured || is_measured || carries_else)) give_to_stream(*active_);
+}
+
+/// Whether somebody has put the measured frame into TOOL_DATA.
+void ModelService::compare_frame() {
+  const config::ToolFile* const tool = tool_.number ? tools_.of(*tool_.number) : nullptr;
+  const std::string differs = tool && tool_.X ? config::other_tool_data(*tool, *tool_.X) : "";
+  runner_.faults().stand(!differs.empty(), {kToolDataFault, "warning", differs});
 }
 
 void ModelService::forget() {
   active_.reset();
   parts_.stream.use_no_model();
   runner_.faults().end(kModelFault);
+  runner_.faults().end(kToolDataFault);
 }
 
 ModelService::Lack ModelService::lacks_model(const std::string& why) {

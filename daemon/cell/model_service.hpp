@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <boost/asio/awaitable.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
@@ -35,8 +36,9 @@ class ModelService {
   };
   /// The tool that the stream corrects.
   struct ToolInForce {
-    std::optional<int> number;  ///< none: not known, or none
-    bool is_measured = false;   ///< else the accuracy holds for the reflector
+    std::optional<int> number;           ///< none: not known, or none
+    std::optional<Eigen::Isometry3d> X;  ///< on the flange, as the controller has it; none: not known
+    bool is_measured = false;            ///< else the accuracy holds for the reflector
   };
   /// Why the active model cannot be worked with, and what would change that.
   struct Lack {
@@ -59,8 +61,10 @@ class ModelService {
   /// fault until another is activated.
   boost::asio::awaitable<StoreResult<void>> load_active();
   const std::optional<Active>& active() const { return active_; }
-  /// The controller says which tool is in force. Where the cell file says it, that holds.
-  void controller_has(std::optional<int> tool);
+  /// The controller says which tool is in force and with which frame. Where the cell file says which, that
+  /// holds.
+  /// @param frame  X Y Z in mm, A B C in deg; none: it does not say, and what it said of this tool holds
+  void controller_has(std::optional<int> tool, const std::optional<std::array<double, 6>>& frame);
   const ToolInForce& tool() const { return tool_; }
   const ToolService& tools() const { return tools_; }
   /// Why nothing can be corrected; none where it can be.
@@ -98,6 +102,7 @@ class ModelService {
   std::optional<Lack> lack() const;
   void forget();
   void give_to_stream(const Active& model);
+  void compare_frame();
   /// As it was given before, or made; the last one at the end.
   const Given& given_with_tool(const Active& model);
   /// Makes a model the active one, where nothing speaks against it.

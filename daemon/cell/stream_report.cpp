@@ -56,7 +56,7 @@ json::value ms_or_null(std::optional<drivers::Duration> age) {
 
 template <typename T>
 json::value value_or_null(const std::optional<T>& known) {
-  return known ? json::value(*known) : json::value{};
+  return known ? json::value_from(*known) : json::value{};
 }
 
 json::object robot_json(const RobotCondition& robot) {
@@ -65,6 +65,9 @@ json::object robot_json(const RobotCondition& robot) {
           {"program", value_or_null(robot.program)},
           {"emergency_stop", value_or_null(robot.emergency_stop)},
           {"gate_open", value_or_null(robot.gate_open)},
+          {"tool_frame", value_or_null(robot.tool_frame)},
+          {"base_frame", value_or_null(robot.base_frame)},
+          {"load_kg", value_or_null(robot.load_kg)},
           {"unknown", robot.unknown}};
 }
 

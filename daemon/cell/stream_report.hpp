@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <boost/json/object.hpp>
 #include <optional>
 #include <string>
@@ -38,6 +39,8 @@ struct RobotCondition {
   std::optional<std::string> mode, program;  ///< as drivers::RobotState names them
   std::optional<double> override_percent;
   std::optional<bool> emergency_stop, gate_open;
+  std::optional<std::array<double, 6>> tool_frame, base_frame;  ///< X Y Z in mm, A B C in deg
+  std::optional<double> load_kg;
   std::string unknown;  ///< why; empty where all is known
 
   bool operator==(const RobotCondition&) const = default;

@@ -270,7 +270,10 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
              .program = told->program,
              .override_percent = told->override_percent,
              .emergency_stop = told->emergency_stop,
-             .gate_open = told->gate_open};
+             .gate_open = told->gate_open,
+             .tool_frame = told->tool_frame,
+             .base_frame = told->base_frame,
+             .load_kg = told->load_kg};
   } else {
     robot.unknown = told.error();
   }
@@ -292,11 +295,13 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
 
 void StreamService::look_at_robot(const StreamStatus& status) {
   told_cell_.take(known_silent(status) ? std::nullopt : status.cell, parts_.clock.now());
-  // What is not told anew is as it was.
+  // What is not told again is as it was. The frame is of the tool that the state server names with it.
+  const auto told = devices_.robot_state();
   if (const auto& by_rsi = told_cell_.signals()) {
-    models_.controller_has(by_rsi->tool);
-  } else if (const auto told = devices_.robot_state()) {
-    models_.controller_has(told->tool);
+    models_.controller_has(by_rsi->tool,
+                           told && told->tool == by_rsi->tool ? told->tool_frame : std::nullopt);
+  } else if (told) {
+    models_.controller_has(told->tool, told->tool_frame);
   }
   RobotCondition now = robot(status);
   if (now == robot_) return;

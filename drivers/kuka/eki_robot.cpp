@@ -136,8 +136,8 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
                                            "the robot program truepose_motion", options_.host,
                                            options_.motion_port, options_.motion_tap)},
       state_{std::make_unique<EkiChannel>(options_.stream(executor), clock, "CellState",
-                                          "the state server (sps.sub)", options_.host,
-                                          options_.state_port, options_.state_tap)},
+                                          "the state server (sps.sub)", options_.host, options_.state_port,
+                                          options_.state_tap)},
       answers_{std::make_unique<Answers>(executor)},
       memory_{options_.memory.value_or(KukaEkiMemory{.last_id = first_id(), .unfinished = {}})} {
   assert(options_.joint_count >= 1 && options_.joint_count <= static_cast<int>(eki::Axes{}.size()));
@@ -241,6 +241,9 @@ RobotState KukaEkiRobot::robot_state(const eki::State& reported) const {
   state.emergency_stop = !reported.no_emergency_stop;
   state.gate_open = !reported.gate_closed;
   if (reported.tool.value_or(0) > 0) state.tool = reported.tool;
+  if (reported.tool.value_or(-1) >= 0) state.tool_frame = reported.tool_frame;
+  if (reported.base.value_or(-1) >= 0) state.base_frame = reported.base_frame;
+  if (reported.load_kg.value_or(-1) >= 0) state.load_kg = reported.load_kg;
   if (reported.serial) state.serial = std::to_string(*reported.serial);
   return state;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -78,8 +79,13 @@ class MockCell {
   void put_reflector(const Eigen::Vector3d& p_FS_mm) { arm_.put_reflector(p_FS_mm); }
 
   /// The program sets another tool.
-  void use_tool(std::optional<int> number) { tool_ = number; }
+  /// @param frame  X Y Z in mm, A B C in deg; none: it does not say
+  void use_tool(std::optional<int> number, std::optional<std::array<double, 6>> frame = {}) {
+    tool_ = number;
+    tool_frame_ = frame;
+  }
   std::optional<int> tool() const { return tool_; }
+  const std::optional<std::array<double, 6>>& tool_frame() const { return tool_frame_; }
 
   bool happens(double probability) { return random_.uniform() < probability; }
   double uniform(double min, double max) { return random_.uniform(min, max); }
@@ -94,6 +100,7 @@ class MockCell {
   TrueArm arm_;
   Eigen::Vector3d bumped_mm_{0, 0, 0};
   std::optional<int> tool_;
+  std::optional<std::array<double, 6>> tool_frame_;
   JointVector stand_;  ///< where the arm stands while there is no motion
   std::optional<JointMotion> motion_;
   TimePoint start_;

@@ -43,6 +43,7 @@ asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::look(TimePoint
   state.program = "active";
   state.emergency_stop = emergency_stop_;
   state.tool = cell_.tool();
+  state.tool_frame = cell_.tool_frame();
   state.serial = serial_;
   co_return state;
 }

@@ -88,6 +88,9 @@ void layout(auto& io, Is<State> auto& x) {
   io.six("Pos", kPoseNames, x.pose);
   io("Base.No", x.base);
   io("Tool.No", x.tool);
+  io.six("ToolFrame", kPoseNames, x.tool_frame);
+  io.six("BaseFrame", kPoseNames, x.base_frame);
+  io("Load.M", x.load_kg);
 }
 
 // ---- Writing
@@ -105,6 +108,9 @@ class Element {
   void operator()(std::string_view path, std::integral auto value) { (*this)(path, std::to_string(+value)); }
   void operator()(std::string_view path, const std::optional<int>& value) {
     if (value) (*this)(path, *value);
+  }
+  void operator()(std::string_view path, const std::optional<double>& value) {
+    if (value) (*this)(path, number(*value));
   }
   template <class Enum>
   void operator()(std::string_view path, Enum value, std::initializer_list<Enum>) {
@@ -231,6 +237,10 @@ class Fields {
   void operator()(const std::string& path, std::optional<int>& x) {
     x.reset();
     if (!raw(path).empty()) (*this)(path, x.emplace());
+  }
+  void operator()(const std::string& path, std::optional<double>& x) {
+    x.reset();
+    if (!raw(path).empty()) x = read(path, "a finite number", xml::to_number<double>);
   }
   template <class Enum>
   void operator()(const std::string& path, Enum& x, std::initializer_list<Enum> allowed) {

@@ -99,25 +99,29 @@ std::string_view name(OperatingMode mode);
 std::string_view name(ProgramState state);
 
 /// Controller to PC on CellState: <Robot><State Seq Id ModeOp OvPro ProState PeriRdy AlarmStop UserSaf
-/// StopMess ProMove InPos Serial><Ax/><Pos/><Base No/><Tool No/></State></Robot>. Flags are 0 or 1 and carry
+/// StopMess ProMove InPos Serial><Ax/><Pos/><Base No/><Tool No/><ToolFrame/><BaseFrame/><Load
+/// M/></State></Robot>. Flags are 0 or 1 and carry
 /// KUKA's variables unchanged, so 1 is the healthy value of PeriRdy, AlarmStop and UserSaf.
 struct State {
   std::int32_t sequence = 0;  ///< counts the states sent
   std::int32_t id = 0;        ///< of the Control that it answers
   OperatingMode mode = OperatingMode::T1;
   int override_percent = 100;
-  ProgramState program = ProgramState::Free;  ///< of the robot interpreter
-  bool drives_ready = false;                  ///< $PERI_RDY
-  bool no_emergency_stop = false;             ///< $ALARM_STOP: TRUE = none is pressed
-  bool gate_closed = false;                   ///< $USER_SAF: TRUE = operator safety closed
-  bool stop_message = false;                  ///< $STOPMESS; a stop by ControlOp::Stop does not set it
-  bool moving = false;                        ///< $PRO_MOVE
-  bool in_position = false;                   ///< no axis moves
-  std::optional<int> serial;                  ///< $KR_SERIALNO; programs of before do not tell it
-  Axes axes_rad{};                            ///< $AXIS_ACT_MEAS
-  std::array<double, 6> pose{};               ///< $POS_ACT: X Y Z in mm, A B C in deg
-  std::optional<int> base = 0;                ///< $ACT_BASE; a state may come without
-  std::optional<int> tool = 0;                ///< $ACT_TOOL; likewise
+  ProgramState program = ProgramState::Free;        ///< of the robot interpreter
+  bool drives_ready = false;                        ///< $PERI_RDY
+  bool no_emergency_stop = false;                   ///< $ALARM_STOP: TRUE = none is pressed
+  bool gate_closed = false;                         ///< $USER_SAF: TRUE = operator safety closed
+  bool stop_message = false;                        ///< $STOPMESS; a stop by ControlOp::Stop does not set it
+  bool moving = false;                              ///< $PRO_MOVE
+  bool in_position = false;                         ///< no axis moves
+  std::optional<int> serial;                        ///< $KR_SERIALNO; programs of before do not tell it
+  Axes axes_rad{};                                  ///< $AXIS_ACT_MEAS
+  std::array<double, 6> pose{};                     ///< $POS_ACT: X Y Z in mm, A B C in deg
+  std::optional<int> base = 0;                      ///< $ACT_BASE; a state may come without
+  std::optional<int> tool = 0;                      ///< $ACT_TOOL; likewise
+  std::optional<std::array<double, 6>> tool_frame;  ///< $TOOL: X Y Z in mm, A B C in deg; none without one
+  std::optional<std::array<double, 6>> base_frame;  ///< $BASE; likewise
+  std::optional<double> load_kg;                    ///< $LOAD.M; none where the controller has none
 
   bool operator==(const State&) const = default;
 };

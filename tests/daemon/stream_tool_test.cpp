@@ -78,6 +78,32 @@ TEST_F(AToolInTheStream, IsWhatIsCorrectedWhileTheControllerHasItInForce) {
   });
 }
 
+TEST_F(AToolInTheStream, IsCorrectedAsTheControllerHasItAndWhereThatIsAnotherFrameThatIsAFinding) {
+  play([this]() -> Wait {
+    mock.use_tool(3, std::array{40.0, -30.0, 250.0, 0.0, 0.0, 0.0});
+    co_await streaming();
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "") << "somebody typed the line";
+    mock.use_tool(3, std::array{40.0, -30.0, 258.0, 0.0, 0.0, 0.0});
+    co_await pass(5s);
+    auto now = co_await ask("cell.status");
+    EXPECT_THAT(fault_of(*now),
+                HasSubstr("the controller's frame of tool 3 is 8.000 mm and 0.0000 deg from the "
+                          "measured one"));
+    EXPECT_EQ(now->at_pointer("/stream/robot/tool_frame/2").to_number<double>(), 258);
+    const Eigen::Vector3d wanted =
+        forward_kinematics(config.robot.model, rig.q) * Eigen::Vector3d(40, -30, 258);
+    const Eigen::Vector3d made =
+        forward_kinematics(model.robot, rig.q + rig.applied) * Eigen::Vector3d(41, -30, 250);
+    EXPECT_LT((made - wanted).norm(), 0.05) << "where the program's own frame has the TCP";
+    mock.use_tool(3, std::array{40.0, -30.0, 250.0, 0.0, 0.0, 0.0});
+    co_await pass(5s);
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+    mock.use_tool({});
+    co_await pass(5s);
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+  });
+}
+
 TEST_F(AToolInTheStream, IsTheCellFilesWhereThatNamesOne) {
   config.stream.tool = 3;
   play([this]() -> Wait {

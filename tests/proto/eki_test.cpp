@@ -47,7 +47,10 @@ const std::vector<FromController> kFromController{
           .axes_rad = from_deg({10, -90, 90, 0.125, -0.5, 350}),
           .pose = {1765, -0.5, 1910, 180, 89.5, -180},
           .base = 0,
-          .tool = 2},
+          .tool = 2,
+          .tool_frame = std::array<double, 6>{10, -20.5, 250, 90, -45, 0},
+          .base_frame = std::array<double, 6>{900, 0, 500, 0, 0, 180},
+          .load_kg = 42.5},
 };
 
 constexpr const char* kCommandGolden =
@@ -57,7 +60,9 @@ constexpr const char* kStateGolden =
     R"(<Robot><State Seq="5" Id="19" ModeOp="4" OvPro="30" ProState="3" PeriRdy="1" AlarmStop="1" UserSaf="1" StopMess="0" )"
     R"(ProMove="1" InPos="0" Serial="864213"><Ax A1="10.000000" A2="-90.000000" A3="90.000000" A4="0.125000" A5="-0.500000" )"
     R"(A6="350.000000"></Ax><Pos X="1765.000000" Y="-0.500000" Z="1910.000000" A="180.000000" B="89.500000" )"
-    R"(C="-180.000000"></Pos><Base No="0"></Base><Tool No="2"></Tool></State></Robot>)";
+    R"(C="-180.000000"></Pos><Base No="0"></Base><Tool No="2"></Tool><ToolFrame X="10.000000" Y="-20.500000" Z="250.000000" )"
+    R"(A="90.000000" B="-45.000000" C="0.000000"></ToolFrame><BaseFrame X="900.000000" Y="0.000000" Z="500.000000" )"
+    R"(A="0.000000" B="0.000000" C="180.000000"></BaseFrame><Load M="42.500000"></Load></State></Robot>)";
 
 std::string replaced(std::string text, std::string_view from, std::string_view to) {
   const std::size_t at = text.find(from);

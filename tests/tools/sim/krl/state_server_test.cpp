@@ -82,6 +82,32 @@ TEST(StateServer, TellsWhichArmItIs) {
   EXPECT_EQ(std::get<std::int32_t>(cell.state["CellState/Robot/State/@Serial"]), 4711);
 }
 
+TEST(StateServer, SendsTheFramesInForceAndWhileTpBeginWorksInTheFlangeThoseOfTheProgram) {
+  ScriptedCell cell{shipped_sources(program_of(
+      "$TOOL={X 10,Y 0,Z 250,A 90,B 0,C 0}\n$BASE={X 900,Y 0,Z 500,A 0,B 0,C 0}\nWAIT FOR $IN[1]\nTP_BEGIN()"))};
+  cell.bench.start("SPS", InterpreterKind::Submit);
+  cell.bench.start("P");
+  cell.connect();
+  const auto sent = [&](const std::string& path) {
+    return std::get<double>(cell.state["CellState/Robot/State/" + path]);
+  };
+  cell.control(1, 5);
+  cell.bench.run_for(20ms);
+  ASSERT_EQ(cell.states, 1);
+  EXPECT_EQ(sent("ToolFrame/@Z"), 250);
+  EXPECT_EQ(sent("ToolFrame/@A"), 90);
+  EXPECT_EQ(sent("BaseFrame/@X"), 900);
+  EXPECT_EQ(sent("Load/@M"), -1) << "there is none";
+  cell.bench.host.set("$IN[1]", true);
+  cell.bench.run_for(2s);
+  EXPECT_EQ(cell.said.back(), "RSI_ON");
+  cell.control(2, 5);
+  cell.bench.run_for(20ms);
+  ASSERT_EQ(cell.states, 2);
+  EXPECT_EQ(sent("ToolFrame/@Z"), 250) << "not the flange's";
+  EXPECT_EQ(sent("BaseFrame/@X"), 900);
+}
+
 TEST(StateServer, TellsTheStateWhereNoPositionHasAValue) {
   ScriptedCell cell;
   Interpreter& submit = cell.bench.start("SPS", InterpreterKind::Submit);
