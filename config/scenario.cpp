@@ -358,6 +358,7 @@ void layout(auto& io, ControllerPart& x) {
   io.optional("serial", x.scenario.robot_serial, Whole{0, 999'999'999});
   io.optional("files", x.scenario.controller_files);
   io.optional("programs", x.scenario.programs);
+  io.optional("pass_advance_run", x.scenario.pass_advance_run);
   io.optional("selected", x.scenario.selected);
   io.optional("operator_s", x.scenario.operator_s, Range{0, 1e6});
 }

@@ -102,7 +102,10 @@ struct Scenario {
   int robot_serial = 210001;
   std::filesystem::path controller_files;       ///< with eki/, krl/ and rsi/; empty: what truepose ships
   std::vector<std::filesystem::path> programs;  ///< of the cell's own, .src and .dat
-  std::string selected = "TRUEPOSE_MOTION";     ///< the program that runs at first
+  /// System variables and subprograms, in capitals, that do not stop the advance run: of most no manual says
+  /// whether they do. Here they do.
+  std::vector<std::string> pass_advance_run;
+  std::string selected = "TRUEPOSE_MOTION";  ///< the program that runs at first
   double operator_s = 2;  ///< after a stop by the controller itself somebody acknowledges and starts again
 
   /// Standard deviation of a tracker reading: constant + per metre of distance, along and across the beam.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "proto/rsi/gain_word.hpp"
 #include "tools/sim/krl/controller_declarations.hpp"
 
 namespace truepose::sim {
@@ -55,7 +56,9 @@ Controller::Controller(ControllerSetup setup)
     if (!file) throw std::invalid_argument{channel + ".xml: " + file.error()};
     channels_.emplace(channel, *std::move(file));
   }
-  auto program = krl::load({.declarations = std::string{controller_declarations()}}, setup_.programs);
+  auto program = krl::load(
+      {.declarations = std::string{controller_declarations()}, .pass_advance_run = setup_.pass_advance_run},
+      setup_.programs);
   if (!program) throw std::invalid_argument{program.error().text()};
   program_ = std::make_unique<krl::Program>(*std::move(program));
   boot();
@@ -141,7 +144,7 @@ void Controller::report_cycle() const {
                    .program = selected_,
                    .set_points = set_points_,
                    .actual = actual_,
-                   .gain_percent = sen_pint(kGain),
+                   .gain_percent = static_cast<int>(rsi::gain_of(sen_pint(kGain)).value_or(0)),
                    .motions_made = motion_.made(),
                    .is_standing = motion_.is_standing()});
 }

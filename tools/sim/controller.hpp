@@ -35,6 +35,8 @@ struct ControllerSetup {
   std::map<std::string, std::string, std::less<>> eki_files{};  ///< EKI configurations, by channel
   std::vector<std::string> contexts{};                          ///< names of the RSI contexts that it has
   std::string selected = "TRUEPOSE_MOTION";                     ///< and started, as is
+  /// System variables and subprograms that do not stop the advance run, in capitals.
+  std::vector<std::string> pass_advance_run = {};
   std::string submit = "SPS";
   /// What a real controller does not do: visited in a loop while RSI_MOVECORR waits. Empty: the arm stands.
   std::vector<JointVector> stream_path{};

@@ -73,6 +73,7 @@ ControllerSetup controller_setup(const config::Scenario& scenario) {
                         .programs = {},
                         .contexts = {kContext},
                         .selected = scenario.selected,
+                        .pass_advance_run = scenario.pass_advance_run,
                         .stream_path = scenario.stream_path};
   for (auto& [path, text] : files_of(scenario)) {
     const fs::path file{path};

@@ -340,6 +340,19 @@ TEST(Controller, MakesSplinesAndSwitchesOnTheirPath) {
   EXPECT_NEAR(controller.axes()[0] * kDegPerRad, 35, 0.8) << "30 mm at 200 mm/s and 20 mm of braking";
 }
 
+TEST(Controller, LetsTheNamesOfTheScenarioPassTheAdvanceRun) {
+  for (const bool passes : {false, true}) {
+    ControllerSetup setup =
+        with_program("$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\nPTP {A1 20}\nMsgNotify(\"here\",\"x\")\n");
+    if (passes) setup.pass_advance_run = {"MSGNOTIFY"};
+    Controller controller{setup};
+    controller.advance(100ms);
+    EXPECT_EQ(controller.take_messages().empty(), !passes) << "the arm is still on its way";
+    controller.advance(10s);
+    EXPECT_EQ(controller.take_messages().empty(), passes);
+  }
+}
+
 TEST(Controller, CorrectsNoPtpInTheCycleOf12Ms) {
   for (const bool ipo : {false, true}) {
     Controller controller{with_program(
