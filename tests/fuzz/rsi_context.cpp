@@ -23,16 +23,18 @@ const rsi::EthernetConfig& ethernet() {
 void execute(const rsi::Context& context) {
   const auto flow = sim::RsiFlow::of(context);
   if (!flow) return expect(!flow.error().empty(), "a refusal says why");
+  sim::FlowSources sources;
+  sources.sen_pint = [](int) { return 1; };
+  static_cast<void>(flow->sent(sources));
   sim::ChannelValues received;
   for (int channel = 1; channel <= 64; ++channel) received[channel] = channel % 2 ? 1e6 : -1e6;
-  const sim::FlowEffects effects = flow->effects(received);
+  const sim::FlowEffects effects = flow->effects(sources, received);
   for (std::size_t i = 0; i < effects.correction_deg.size(); ++i) {
     const rsi::ContextObject* const correction = context.of_type("AXISCORR");
     if (correction == nullptr) continue;
     const auto upper_deg = correction->number("UpperLimA" + std::to_string(i + 1));
     expect(!upper_deg || effects.correction_deg[i] <= std::max(*upper_deg, 0.0), "AXISCORR clamps");
   }
-  flow->sent({.sen_pint = [](int) { return 1; }});
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "core/math/angles.hpp"
 #include "proto/rsi/gain_word.hpp"
 #include "tools/sim/krl/controller_declarations.hpp"
 
@@ -404,7 +405,20 @@ FlowSources Controller::sources() const {
     const std::lock_guard reading{mutex_};
     return sen_pint(index);
   };
+  const auto bit = [this](const std::string& variable) {
+    return [this, variable](int index) {
+      const std::lock_guard reading{mutex_};
+      const auto value = variables_.find(variable + "[" + std::to_string(index) + "]");
+      return value != variables_.end() && value->second == krl::Value{true};
+    };
+  };
+  rsi::Axes axes_deg;
+  std::ranges::transform(actual_, axes_deg.begin(), [](double rad) { return rad * kDegPerRad; });
   return {.sen_pint = read,
+          .in = bit("$IN"),
+          .out = bit("$OUT"),
+          .axes_deg = axes_deg,
+          .time_s = std::chrono::duration<double>(time_).count(),
           .mode = mode_,
           .program_state = static_cast<int>(as_told(robot_->state())),
           .override_percent = std::get<std::int32_t>(variables_.at("$OV_PRO")),
@@ -416,6 +430,8 @@ void Controller::take(const FlowEffects& effects) {
   const std::lock_guard lock{mutex_};
   for (const auto& [index, value] : effects.sen_pint)
     variables_["$SEN_PINT[" + std::to_string(index) + "]"] = value;
+  for (const auto& [index, value] : effects.outputs)
+    variables_["$OUT[" + std::to_string(index) + "]"] = value;
   if (effects.leaves_movecorr) {
     in_movecorr_ = false;
     stream_path_.reset();

@@ -7,6 +7,7 @@
 #include "config/controller_files.hpp"
 #include "config/text_file.hpp"
 #include "core/formatted.hpp"
+#include "tools/sim/rsi_flow.hpp"
 
 namespace truepose::sim {
 namespace {
@@ -100,6 +101,8 @@ rsi::Context rsi_context(const config::Scenario& scenario) {
     put(context, "AXISCORR", "UpperLimA" + number, formatted("%g", *scenario.axis_corr_limit_deg));
     put(context, "AXISCORRMON", "MaxA" + number, formatted("%g", *scenario.axis_corr_limit_deg + 1));
   }
+  if (const auto flow = RsiFlow::of(context); !flow)
+    throw config::ConfigError{"the RSI context: " + flow.error()};
   return context;
 }
 

@@ -187,7 +187,7 @@ std::optional<RsiEnd> RsiClient::end_cycle() {
     ++counters_.lost;
     ++unanswered_in_a_row_;
   }
-  const FlowEffects effects = flow_.effects(outputs_);
+  const FlowEffects effects = flow_.effects(program_->sources(), outputs_);
   if (!setup_.ignores_correction && !ignoring_ && program_->corrects()) {
     counters_.clamped += effects.clamped;
     rsi::Axes correction_rad;

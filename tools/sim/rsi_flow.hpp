@@ -17,7 +17,11 @@ namespace truepose::sim {
 
 /// What leads from the controller into the signal flow.
 struct FlowSources {
-  std::function<int(int index)> sen_pint;  ///< $SEN_PINT
+  std::function<int(int index)> sen_pint;                          ///< $SEN_PINT
+  std::function<bool(int index)> in = [](int) { return false; };   ///< $IN
+  std::function<bool(int index)> out = [](int) { return false; };  ///< $OUT
+  rsi::Axes axes_deg{};                                            ///< actual
+  double time_s = 0;
   int mode = rsi::kModeExt;
   int program_state = rsi::kProgramActive;
   int override_percent = 100;
@@ -45,14 +49,17 @@ struct FlowEffects {
   bool monitor_pose = false;        ///< the correction of the TCP is larger than POSCORRMON allows
   bool leaves_movecorr = false;     ///< STOP of mode 4
   std::map<int, int> sen_pint;      ///< values for $SEN_PINT, by index
+  std::map<int, bool> outputs;      ///< values for $OUT, by index
 };
 
 /// Values of the ETHERNET object, by the numbers of its inputs or outputs.
 using ChannelValues = std::map<int, double>;
 
-/// The signal flow of a context, executed once in each cycle of RSI. Objects: ETHERNET, AXISCORR,
-/// AXISCORRMON, POSCORR (but along the path), POSCORRMON, STOP, STATUS (program state), SEN_PINT,
-/// MAP2SEN_PINT.
+class RsiSignals;
+
+/// The signal flow of a context, executed once in each cycle of RSI. Objects: AXISCORR, AXISCORRMON, POSCORR
+/// (but along the path), POSCORRMON, STOP, MAP2SEN_PINT, MAP2DIGOUT (single outputs), MONITOR (which changes
+/// nothing), and those that RsiSignals knows.
 class RsiFlow {
  public:
   /// Errors: the object, or its setting, that is not simulated.
@@ -65,15 +72,15 @@ class RsiFlow {
   /// What ETHERNET sends, by its inputs.
   ChannelValues sent(const FlowSources& sources) const;
   /// @param received  by the outputs of ETHERNET; what is not there is 0
-  FlowEffects effects(const ChannelValues& received) const;
+  FlowEffects effects(const FlowSources& sources, const ChannelValues& received) const;
 
  private:
   /// @param context  with all parameters
   explicit RsiFlow(rsi::Context context) : context_{std::move(context)} {}
   const rsi::ContextObject& ethernet() const { return *context_.of_type("ETHERNET"); }
-  void correct(const rsi::ContextObject& object, const ChannelValues& received, FlowEffects& effects) const;
+  void correct(const rsi::ContextObject& object, const RsiSignals& signals, FlowEffects& effects) const;
   void monitor(FlowEffects& effects) const;
-  PoseCorrection pose_correction(const rsi::ContextObject& object, const ChannelValues& received,
+  PoseCorrection pose_correction(const rsi::ContextObject& object, const RsiSignals& signals,
                                  bool& clamped) const;
   bool stops_at(const PoseCorrection& correction) const;
 

@@ -129,6 +129,7 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
     : executor_{executor},
       scenario_{std::move(scenario)},
       ethernet_{std::move(ethernet)},
+      context_{rsi_context(scenario_)},
       options_{std::move(options)},
       arm_{arm_setup(scenario_), options_.seed},
       sight_{sight_of(scenario_)},
@@ -263,7 +264,7 @@ void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   rsi_session_ = session.number;
   const RsiSetup setup{.nominal = scenario_.rsi_arm.value_or(scenario_.nominal),
                        .ethernet = ethernet_,
-                       .context = rsi_context(scenario_),
+                       .context = context_,
                        .cycle = scenario_.cycle,
                        .servo = servo_setup(scenario_),
                        .hold_on = scenario_.hold_on,

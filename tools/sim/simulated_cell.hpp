@@ -96,6 +96,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   boost::asio::any_io_executor executor_;
   config::Scenario scenario_;
   rsi::EthernetConfig ethernet_;
+  rsi::Context context_;
   CellOptions options_;
   TrueArm arm_;
   mutable std::optional<PoseChecker> sight_;  // what the arm's body hides; none: nothing

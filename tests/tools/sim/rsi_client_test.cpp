@@ -463,6 +463,73 @@ TEST_F(RsiClientTest, NamesWhatARealControllerIgnoresWithoutAWordOnce) {
   }
 }
 
+// ---- What a signal flow may contain
+
+FlowSources sources() {
+  FlowSources sources;
+  sources.sen_pint = [](int) { return 0; };
+  sources.in = [](int index) { return index == 4 || index == 17 || index == 19; };
+  sources.axes_deg = {10, 20, 30, 40, 50, 60};
+  return sources;
+}
+
+/// truepose's flow with more objects, and inputs 6, 7, .. of ETHERNET led by the first output of each.
+rsi::Context with(std::vector<rsi::ContextObject> more) {
+  rsi::Context context = rsi::truepose_context({});
+  auto& ethernet = *std::ranges::find(context.objects, "ETHERNET", &rsi::ContextObject::type);
+  int input = 5;
+  for (const rsi::ContextObject& object : more) {
+    if (object.inputs.empty()) ethernet.inputs[++input] = {object.id, 1};
+  }
+  std::ranges::move(more, std::back_inserter(context.objects));
+  return context;
+}
+
+TEST(RsiFlow, SendsInputsOutputsAxesAndSources) {
+  const auto flow =
+      RsiFlow::of(with({{.type = "DIGIN", .id = "D1", .values = {{"Index", "4"}}},
+                        {.type = "DIGIN", .id = "D2", .values = {{"Index", "2"}, {"DataType", "2"}}},
+                        {.type = "AXISACT", .id = "A"},
+                        {.type = "SOURCE", .id = "S", .values = {{"Offset", "7"}}},
+                        {.type = "GEARTORQUE", .id = "G"},
+                        {.type = "MONITOR", .id = "M", .inputs = {{1, {"A", 2}}}}}));
+  ASSERT_TRUE(flow) << flow.error();
+  const ChannelValues sent = flow->sent(sources());
+  EXPECT_EQ(sent.at(6), 1);
+  EXPECT_EQ(sent.at(7), 5) << "$IN[17] to $IN[24] of byte 2";
+  EXPECT_EQ(sent.at(8), 10);
+  EXPECT_EQ(sent.at(9), 7);
+  EXPECT_EQ(sent.at(10), 0);
+}
+
+TEST(RsiFlow, LeadsCorrectionsThroughALimitAndSetsOutputs) {
+  rsi::Context context = with(
+      {{.type = "LIMIT",
+        .id = "L",
+        .inputs = {{1, {"ETHERNET1", 1}}},
+        .values = {{"LowerLimit", "-0.5"}, {"UpperLimit", "0.5"}}},
+       {.type = "MAP2DIGOUT", .id = "O", .inputs = {{1, {"ETHERNET1", 9}}}, .values = {{"Index", "3"}}}});
+  std::ranges::find(context.objects, "AXISCORR", &rsi::ContextObject::type)->inputs[1] = {"L", 1};
+  const auto flow = RsiFlow::of(context);
+  ASSERT_TRUE(flow) << flow.error();
+  const FlowEffects effects = flow->effects(sources(), {{1, 2.0}, {2, 2.0}, {9, 1.0}});
+  EXPECT_EQ(effects.correction_deg[0], 0.5);
+  EXPECT_EQ(effects.correction_deg[1], 2);
+  EXPECT_EQ(effects.outputs, (std::map<int, bool>{{3, true}}));
+}
+
+TEST(RsiFlow, RefusesByNameWhatIsNotSimulated) {
+  const auto error = [](std::vector<rsi::ContextObject> more) {
+    const auto flow = RsiFlow::of(with(std::move(more)));
+    return flow ? "" : flow.error();
+  };
+  EXPECT_EQ(error({{.type = "PID", .id = "P"}}), "P: PID is not simulated");
+  EXPECT_EQ(error({{.type = "AXISCORREXT", .id = "E"}}), "E: the simulated arm has no external axes");
+  EXPECT_EQ(error({{.type = "AXISCORR", .id = "B"}}), "ETHERNET1: a wire from B to here is not simulated");
+  EXPECT_EQ(error({{.type = "LIMIT", .id = "L", .inputs = {{1, {"L", 1}}}}}),
+            "L: a signal leads from it back to it (\"Circular linking\")");
+}
+
 TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
   const std::vector<JointVector> points{kStart, deg(25, -80, 95, 20, 45, -30), deg(15, -65, 75, -15, 50, 40)};
   StreamPath path{kr210(), points, 0.5};
