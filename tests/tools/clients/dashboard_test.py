@@ -200,9 +200,10 @@ class Dashboard(unittest.TestCase):
 
         self.rpc("campaign.start", identify_poses=12, validate_poses=6, remeasure=False, activate=False)
         self.agrees("campaign", "Keep out of the cell")
+        self.cell.steer({"kind": "emergency-stop"})  # with which it cannot end meanwhile
+        self.agrees("campaign", "waiting for the controller", waits=True)
         self.press("campaign.pause")
         self.agrees("paused", "resume the campaign", waits=True)
-        self.cell.steer({"kind": "emergency-stop"})
         self.press("campaign.resume")
         self.agrees("campaign", "waiting for the controller", "emergency stop: release it", waits=True)
         self.cell.steer({"kind": "emergency-stop", "lasts_ms": 1})
