@@ -58,7 +58,7 @@ Finding from_sentence(std::string area, Level level, const std::string& sentence
 
 Findings daemon_findings(const std::string& file, const DaemonObservation& daemon) {
   if (!daemon.unreachable.empty())
-    return {{"daemon", Level::Warning, daemon.unreachable,
+    return {{"daemon", Level::Fault, daemon.unreachable,
              "start it: systemctl start trueposed@CELL, or trueposed --config " + file}};
   if (daemon.version != TRUEPOSE_VERSION) {
     return {{"daemon", Level::Warning,

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include "core/formatted.hpp"
@@ -89,9 +90,20 @@ class SenderFindings {
         "set Precision of the ETHERNET object in the RSI context to " + std::to_string(kLeastDecimals));
   }
 
-  /// As the stream will judge it.
+  /// How far the pose of a flange is off for axes and lengths that are rounded, at most.
+  double rounding_mm() const {
+    const double step = 0.5 * std::pow(10, -sender_.elements.decimals);  // deg and mm
+    double reach_mm = 0;
+    for (const Joint& joint : cell_.robot.model.joints)
+      reach_mm += std::abs(joint.a_mm) + std::abs(joint.d_mm);
+    return step * std::sqrt(3.0) + step * kRadPerDeg * reach_mm * cell_.robot.model.joint_count();
+  }
+
+  /// As the stream will judge it, but for what few decimals do.
   void look_at_arm() {
-    daemon::ArmCheck check{cell_.robot.model, cell_.stream.cycle, cell_.robot.max_fk_deviation_mm};
+    const double rounded_mm = sender_.elements.decimals < kLeastDecimals ? rounding_mm() : 0;
+    daemon::ArmCheck check{cell_.robot.model, cell_.stream.cycle,
+                           cell_.robot.max_fk_deviation_mm + rounded_mm};
     for (const auto& found : {check.cycle(sender_.ipoc_step), check.arm(sender_.frame, 0)}) {
       if (!found) continue;
       findings_.push_back(from_sentence("rsi", Level::Fault,
@@ -142,15 +154,24 @@ Finding not_bound(const Observations& seen) {
 
 // ---- Nothing came ----
 
-Finding elsewhere(const config::CellConfig& cell, const SeenStream& stream) {
+/// @param dropping  the firewall's rules that may drop what comes to the port
+Finding elsewhere(const config::CellConfig& cell, const SeenStream& stream,
+                  const std::vector<std::string>& dropping) {
   const std::string listen = config::text(cell.stream.listen);
   const std::string sends = text(stream.source) + " sends RSI packets to " + text(stream.target);
   const bool address = drivers::ipv4_of(cell.stream.listen.host) == stream.target.address ||
                        cell.stream.listen.host == "0.0.0.0";
-  if (address && stream.target.port == cell.stream.listen.port)
+  if (address && stream.target.port == cell.stream.listen.port) {
+    if (!dropping.empty())
+      return {
+          "rsi", Level::Fault,
+          sends + ", and they do not come through: the firewall of this PC has \"" + dropping.front() + "\"",
+          "let UDP port " + std::to_string(stream.target.port) + " in"};
     return {
-        "rsi", Level::Fault, sends + ", and they do not come through: a firewall of this PC drops them",
-        "let UDP port " + std::to_string(stream.target.port) + " in: nft list ruleset shows what drops it"};
+        "rsi", Level::Fault, sends + ", and they do not come through; no rule of a firewall was found",
+        "look at what drops them: as root, nft list ruleset, and sysctl net.ipv4.conf.all.rp_filter, by which "
+        "Linux drops what comes from a network that it would not answer to"};
+  }
   // Others may be controllers of other cells, whose daemons are down.
   const bool ours = drivers::ipv4_of(cell.robot.rsi_peer) == stream.source.address;
   return {"rsi", ours ? Level::Fault : Level::Warning, sends + ", but stream.listen is " + listen,
@@ -188,7 +209,11 @@ bool controller_answers(const Observations& seen) {
 }
 
 Finding silence_finding(const config::CellConfig& cell, const Observations& seen) {
-  std::string finding = "no RSI packet came to " + config::text(cell.stream.listen);
+  const auto* const cycles = find_at(seen.daemon.status, "/stream/cycles");
+  const auto came = cycles && cycles->is_number() ? cycles->to_number<std::uint64_t>() : 0;
+  std::string finding = "no RSI packet " + std::string{came > 0 ? "comes any more to " : "came to "} +
+                        config::text(cell.stream.listen);
+  if (came > 0) finding += " (" + std::to_string(came) + " came)";
   if (!seen.rsi.seen && seen.rsi.unclaimed > 0)
     finding += "; " + std::to_string(seen.rsi.unclaimed) +
                " UDP packets came to ports that nobody has: as root, truepose doctor tells which";
@@ -197,12 +222,18 @@ Finding silence_finding(const config::CellConfig& cell, const Observations& seen
           "RSITimeout it has, and IP_NUMBER or PORT there, or the controller's RSI network, are others"};
 }
 
+bool is_fault(const Finding& finding) { return finding.level == Level::Fault; }
+
+/// Where a cause is found it is said alone: that nothing came follows from it.
 Findings nothing_came(const config::CellConfig& cell, const Observations& seen) {
-  Findings findings{silence_finding(cell, seen)};
+  const auto dropping = dropping_rules(seen.rsi.firewall.value_or(""), cell.stream.listen.port);
+  Findings findings = card_findings(cell, seen.interfaces);
   for (const SeenStream& stream : seen.rsi.seen.value_or(std::vector<SeenStream>{}))
-    findings.push_back(elsewhere(cell, stream));
-  std::ranges::move(card_findings(cell, seen.interfaces), std::back_inserter(findings));
-  for (const std::string& rule : dropping_rules(seen.rsi.firewall.value_or(""), cell.stream.listen.port)) {
+    findings.push_back(elsewhere(cell, stream, dropping));
+  const bool told_by_daemon = string_at(seen.daemon.status, "/stream/state") == "fault";
+  if (told_by_daemon || std::ranges::any_of(findings, is_fault)) return findings;
+  findings.insert(findings.begin(), silence_finding(cell, seen));
+  for (const std::string& rule : dropping) {
     findings.push_back({"rsi", Level::Warning, "the firewall of this PC has \"" + rule + "\"",
                         "let UDP port " + std::to_string(cell.stream.listen.port) + " in"});
   }
