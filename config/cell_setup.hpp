@@ -49,12 +49,12 @@ struct CorrectedArm {
 /// the arm bends under a payload.
 ///
 /// @param payload  what the flange carries; null: what it carried when it was measured
-/// @param X_FT     of that tool, as the controller has it; none: as the tool file says that it was told
+/// @param X_FT     of that tool, as the controller has it; none: as the tool file states it
 std::expected<CorrectedArm, std::string> corrected_arm(
     const CellConfig& cell, const CalibratedCell& model, const ToolFile* tool,
     const LinkMass* payload = nullptr, const std::optional<Eigen::Isometry3d>& X_FT = std::nullopt);
 
-/// Why the controller's frame of a measured tool is another than the one it was to be told, in one sentence;
+/// Why the controller's frame of a measured tool is another than the one in the tool file, in one sentence;
 /// empty: it is that one, but for the decimals.
 std::string other_tool_data(const ToolFile& tool, const Eigen::Isometry3d& X_FT);
 

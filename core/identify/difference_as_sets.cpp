@@ -56,7 +56,7 @@ std::vector<double> sorted_distances(std::span<const Measurement> rows) {
   return distances;
 }
 
-/// The rows' points with the reflectors somewhere, each beside the measured distance of its own rank.
+/// The rows' points with the reflectors somewhere, each with the measured distance of its own rank.
 struct Comparison {
   Eigen::Matrix3Xd p_mm;      ///< about their mean
   Eigen::VectorXd length_mm;  ///< of its columns

@@ -91,7 +91,7 @@ Tries pairs_of(const std::vector<Mistake>& mistakes) {
   return tries;
 }
 
-/// Those beside which joints and points agree best as sets, each with the rows in any order.
+/// Those with which joints and points agree best as sets, each with the rows in any order.
 Tries likeliest_in_any_order(const std::vector<Mistake>& mistakes, const RobotModel& nominal,
                              const MeasurementData& data, int jobs) {
   std::vector<double> difference_mm(mistakes.size());

@@ -147,7 +147,7 @@ void ModelService::controller_has(std::optional<int> tool,
   if (active_ && (was_measured || is_measured || carries_else)) give_to_stream(*active_);
 }
 
-/// Whether somebody has put the measured frame into TOOL_DATA.
+/// Whether the measured frame is in TOOL_DATA.
 void ModelService::compare_frame() {
   const config::ToolFile* const tool = tool_.number ? tools_.of(*tool_.number) : nullptr;
   const std::string differs = tool && tool_.X ? config::other_tool_data(*tool, *tool_.X) : "";

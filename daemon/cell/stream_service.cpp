@@ -295,7 +295,7 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
 
 void StreamService::look_at_robot(const StreamStatus& status) {
   told_cell_.take(known_silent(status) ? std::nullopt : status.cell, parts_.clock.now());
-  // What is not told again is as it was. The frame is of the tool that the state server names with it.
+  // What does not come again is as it was. The frame is of the tool that the state server names with it.
   const auto told = devices_.robot_state();
   if (const auto& by_rsi = told_cell_.signals()) {
     models_.controller_has(by_rsi->tool,

@@ -82,7 +82,7 @@ TEST_F(AToolInTheStream, IsCorrectedAsTheControllerHasItAndWhereThatIsAnotherFra
   play([this]() -> Wait {
     mock.use_tool(3, std::array{40.0, -30.0, 250.0, 0.0, 0.0, 0.0});
     co_await streaming();
-    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "") << "somebody typed the line";
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "") << "the line was typed";
     mock.use_tool(3, std::array{40.0, -30.0, 258.0, 0.0, 0.0, 0.0});
     co_await pass(5s);
     auto now = co_await ask("cell.status");

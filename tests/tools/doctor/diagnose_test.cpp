@@ -199,7 +199,7 @@ const std::vector<Case> kCases{
        silence(seen);
        seen.rsi.seen = {{kSource, {0x0a000005, 49152}, 375}};
      }, "rsi", Level::Fault, "sends RSI packets to 10.0.0.5:49152, but stream.listen is 192.168.44.10:49152", "IP_NUMBER"},
-    {"DroppedByNobodyKnowsWhat", [](auto&, auto& seen) {
+    {"DroppedByWhatIsNotKnown", [](auto&, auto& seen) {
        silence(seen);
        seen.rsi.seen = {{kSource, {kPc, 49152}, 375}};
      }, "rsi", Level::Fault, "they do not come through; no rule of a firewall was found", "rp_filter"},
