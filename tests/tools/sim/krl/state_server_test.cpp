@@ -108,6 +108,19 @@ TEST(StateServer, SendsTheFramesInForceAndWhileTpBeginWorksInTheFlangeThoseOfThe
   EXPECT_EQ(sent("BaseFrame/@X"), 900);
 }
 
+TEST(StateServer, IsNotMisledByATpBeginThatWasCancelled) {
+  ScriptedCell cell{shipped_sources(program_of(
+      "TP_BEGINS=TRUE\n$TOOL={X 10,Y 0,Z 250,A 90,B 0,C 0}\n$BASE={X 900,Y 0,Z 500,A 0,B 0,C 0}\nWAIT FOR $IN[1]"))};
+  cell.bench.start("SPS", InterpreterKind::Submit);
+  cell.bench.start("P");
+  cell.connect();
+  cell.control(1, 5);
+  cell.bench.run_for(20ms);
+  ASSERT_EQ(cell.states, 1);
+  EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/ToolFrame/@Z"]), 250);
+  EXPECT_EQ(std::get<double>(cell.state["CellState/Robot/State/BaseFrame/@X"]), 900);
+}
+
 TEST(StateServer, TellsTheStateWhereNoPositionHasAValue) {
   ScriptedCell cell;
   Interpreter& submit = cell.bench.start("SPS", InterpreterKind::Submit);
