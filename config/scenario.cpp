@@ -357,6 +357,7 @@ void layout(auto& io, ControllerPart& x) {
   io.optional("model", x.scenario.robot_model);
   io.optional("serial", x.scenario.robot_serial, Whole{0, 999'999'999});
   io.optional("files", x.scenario.controller_files);
+  io.optional("archive", x.scenario.archive);
   io.optional("programs", x.scenario.programs);
   io.optional("pass_advance_run", x.scenario.pass_advance_run);
   io.optional("selected", x.scenario.selected);

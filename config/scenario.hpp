@@ -101,6 +101,7 @@ struct Scenario {
   std::string robot_model = "#KR210R2700_2";
   int robot_serial = 210001;
   std::filesystem::path controller_files;       ///< with eki/, krl/ and rsi/; empty: what truepose ships
+  std::filesystem::path archive;                ///< of a controller, a folder or .zip; empty: none
   std::vector<std::filesystem::path> programs;  ///< of the cell's own, .src and .dat
   /// System variables and subprograms, in capitals, that do not stop the advance run: of most no manual says
   /// whether they do. Here they do.

@@ -5,6 +5,7 @@
 
 #include "core/math/angles.hpp"
 #include "proto/rsi/gain_word.hpp"
+#include "proto/text/device_text.hpp"
 #include "tools/sim/krl/controller_declarations.hpp"
 
 namespace truepose::sim {
@@ -51,7 +52,8 @@ Controller::Controller(ControllerSetup setup)
       motion_{motion_of(setup_)},
       actual_{setup_.start},
       set_points_{setup_.start},
-      stood_at_{setup_.start} {
+      stood_at_{setup_.start},
+      interrupted_at_{setup_.start} {
   for (const auto& [channel, text] : setup_.eki_files) {
     auto file = parse_eki_file(text);
     if (!file) throw std::invalid_argument{channel + ".xml: " + file.error()};
@@ -354,6 +356,9 @@ Controller::Program Controller::program() const {
 std::expected<void, std::string> Controller::move(const krl::Motion& motion) {
   return motion_.take(motion, mode_ == kT1);
 }
+
+/// What a program writes is Latin-1.
+void Controller::show(const krl::Message& message) { messages_.push_back(text::device_text(message.text)); }
 
 void Controller::cancel() {
   motion_.cancel();

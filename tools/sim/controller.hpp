@@ -78,6 +78,9 @@ class Controller final : public RsiProgram, private krl::Host {
   /// Throws std::invalid_argument: the arm, a program or a file that it cannot have, with file and line.
   explicit Controller(ControllerSetup setup);
 
+  /// What of the partial sources is not simulated: programs stop where they come to it.
+  const std::vector<krl::Fault>& not_simulated() const { return program_->refusals; }
+
   // ---- Its clock while RSI is off
 
   void advance(SimTime by);
@@ -155,20 +158,25 @@ class Controller final : public RsiProgram, private krl::Host {
   void brake(bool) override { motion_.brake(); }
   void go_on() override { motion_.go_on(); }
   void cancel() override;
-  void show(const krl::Message& message) override { messages_.push_back(message.text); }
+  void interrupted() override { interrupted_at_ = actual_; }
+  void show(const krl::Message& message) override;
 
   // controller_variables.cpp
   /// The state of the controller that programs read; index 0 where the variable is no array.
   using Reader = std::function<krl::Value(const Controller&, int index)>;
   static const std::map<std::string_view, Reader>& readers();
-  krl::Value actual_pose() const;
+  krl::Value pose_at(const JointVector& q) const;
+  krl::Value date() const;
+  static krl::Value no_error();
+  bool begins_false(std::string_view name, std::optional<int> index) const;
+  void show_message_of_krc2();
   std::string mode_name() const;
   int timer_ms(int number) const;
   std::optional<Eigen::Isometry3d> frame_in(std::string_view variable) const;
   void default_variables();
 
   // controller_calls.cpp
-  std::expected<krl::CallResult, std::string> bas(krl::ExternalCall& call);
+  std::expected<krl::CallResult, std::string> message(krl::ExternalCall& call);
   std::expected<krl::CallResult, std::string> eki(krl::ExternalCall& call);
   std::expected<krl::CallResult, std::string> eki_element(krl::ExternalCall& call, EkiChannel& channel);
   krl::CallResult eki_status(const EkiChannel* channel, std::string_view element, int error) const;
@@ -209,6 +217,7 @@ class Controller final : public RsiProgram, private krl::Host {
   SimTime time_{0};
   JointVector actual_, set_points_;
   JointVector stood_at_;
+  JointVector interrupted_at_;
   std::uint64_t stops_ = 0;
   bool is_switched_on_ = true;
   bool emergency_stop_ = false, gate_open_ = false, drives_on_ = true, stop_message_ = false;

@@ -1,4 +1,4 @@
-// The part of Controller that carries out what programs call: BAS, messages, Ethernet KRL and RSI.
+// The part of Controller that carries out what programs call: messages, Ethernet KRL and RSI.
 #include "tools/sim/controller.hpp"
 
 namespace truepose::sim {
@@ -46,39 +46,29 @@ Value given(const Value& argument) {
 
 std::expected<CallResult, std::string> Controller::call(krl::ExternalCall& call) {
   if (call.name == "MSGNOTIFY") {
-    messages_.push_back(text_in(call, 0));
+    show({.text = text_in(call, 0)});
     return CallResult{};
   }
-  if (call.name == "IR_STOPM") return CallResult{};  // for technologies that the cell has not
-  if (call.name == "BAS") return bas(call);
+  if (call.name.ends_with("_KRLMSG") || call.name.ends_with("_KRLDLG")) return message(call);
+  if (call.name == "ERR_CLEAR") {
+    call.arguments[0] = no_error();
+    return CallResult{};
+  }
+  if (call.name == "ERR_RAISE") return std::unexpected("the program raises an error");
   if (call.name.starts_with("EKI_")) return eki(call);
   return rsi_call(call);
 }
 
-std::expected<CallResult, std::string> Controller::bas(krl::ExternalCall& call) {
-  const std::string& command = std::get<krl::Literal>(call.arguments[0]).name;
-  if (command == "PTP_PARAMS" || command == "CP_PARAMS")
-    return std::unexpected("BAS(#" + command + ", ...) of inline forms is not simulated");
-  const auto number = krl::is_set(call.arguments[1]) ? krl::number_of(call.arguments[1]) : 0;
-  const auto frame = [&](const char* variable, const char* data, const char* active) {
-    const int no = static_cast<int>(number);
-    variables_[variable] = no == 0 ? Value{Parts(6, Value{0.0})}
-                                   : variables_[std::string{data} + "[" + std::to_string(no) + "]"];
-    variables_[active] = no;
-  };
-  const auto of_each_axis = [&](const char* variable, double percent) {
-    for (int axis = 1; axis <= 6; ++axis)
-      variables_[std::string{variable} + "[" + std::to_string(axis) + "]"] = static_cast<int>(percent);
-  };
-  if (command == "TOOL") frame("$TOOL", "$TOOL_DATA", "$ACT_TOOL");
-  if (command == "BASE") frame("$BASE", "$BASE_DATA", "$ACT_BASE");
-  if (command == "VEL_PTP" || command == "INITMOV")
-    of_each_axis("$VEL_AXIS", command == "INITMOV" ? 100 : number);
-  if (command == "ACC_PTP" || command == "INITMOV")
-    of_each_axis("$ACC_AXIS", command == "INITMOV" ? 100 : number);
-  if (command == "VEL_CP") variables_["$VEL"] = Parts{number, 200.0, 200.0};
-  if (command == "ACC_CP") variables_["$ACC"] = Parts{number, 100.0, 100.0};
-  return CallResult{};
+/// KrlMsg: what is set is shown at once. A dialog is answered by its first key.
+std::expected<CallResult, std::string> Controller::message(krl::ExternalCall& call) {
+  constexpr int kHandle = 1, kFirstKey = 1;
+  if (call.name.starts_with("SET_")) {
+    const auto& message = std::get<Parts>(call.arguments[call.name == "SET_KRLMSG" ? 1 : 0]);
+    show({.text = krl::text_of(message[0]) + ": " + krl::text_of(message[2])});
+    return CallResult{.value = kHandle};
+  }
+  if (call.name == "EXISTS_KRLDLG") call.arguments[1] = kFirstKey;
+  return CallResult{.value = call.name == "CLEAR_KRLMSG"};
 }
 
 // ---- Ethernet KRL

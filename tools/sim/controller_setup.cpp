@@ -1,13 +1,18 @@
 #include "tools/sim/controller_setup.hpp"
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <utility>
 #include <vector>
 
 #include "config/controller_files.hpp"
+#include "config/kuka_archive.hpp"
 #include "config/text_file.hpp"
 #include "core/formatted.hpp"
+#include "tools/sim/krl/lexer.hpp"
 #include "tools/sim/rsi_flow.hpp"
+#include "tools/sim/system_files.hpp"
 
 namespace truepose::sim {
 namespace {
@@ -33,6 +38,33 @@ std::map<std::string, std::string> files_of(const config::Scenario& scenario) {
 
 bool is_krl(const fs::path& file) {
   return file.extension() == ".src" || file.extension() == ".sub" || file.extension() == ".dat";
+}
+
+std::string module_file(const krl::Source& source) {
+  return krl::in_capitals(fs::path{source.file}.filename().string());
+}
+
+/// The controller's programs: those of `more` take the place of others of the same name.
+void replace_with(std::vector<krl::Source>& programs, std::vector<krl::Source> more) {
+  for (const krl::Source& source : more)
+    std::erase_if(programs,
+                  [&](const krl::Source& other) { return module_file(other) == module_file(source); });
+  std::ranges::move(more, std::back_inserter(programs));
+}
+
+bool calls_state_server(const std::string& text) {
+  return krl::in_capitals(text).find("TP_SUBMIT_CYCLE") != std::string::npos;
+}
+
+/// Without the state server no client sees the controller: an sps.sub that does not call it is not taken.
+std::vector<krl::Source> archive_programs(const fs::path& archive) {
+  std::vector<krl::Source> programs;
+  for (config::ArchiveFile& file : config::read_kuka_archive(archive)) {
+    krl::Source source{.file = std::move(file.path), .text = std::move(file.text), .is_partial = true};
+    if (module_file(source) == "SPS.SUB" && !calls_state_server(source.text)) continue;
+    programs.push_back(std::move(source));
+  }
+  return programs;
 }
 
 /// Where the arm stands at first: in the middle of its ranges, or where the path begins that it is led along.
@@ -76,17 +108,19 @@ ControllerSetup controller_setup(const config::Scenario& scenario) {
                         .selected = scenario.selected,
                         .pass_advance_run = scenario.pass_advance_run,
                         .stream_path = scenario.stream_path};
+  for (const EmbeddedText& file : system_files()) {
+    const std::string name = fs::path{file.name}.filename();
+    setup.programs.push_back({name == "config.dat" ? "$config.dat" : name, std::string{file.text}});
+  }
   for (auto& [path, text] : files_of(scenario)) {
     const fs::path file{path};
     if (is_krl(file)) setup.programs.push_back({file.filename(), std::move(text)});
     if (file.extension() == ".xml" && file.parent_path().filename() == "eki")
       setup.eki_files.emplace(file.stem(), std::move(text));
   }
-  for (const fs::path& file : scenario.programs) {
-    const std::string name = file.filename();
-    std::erase_if(setup.programs, [&](const krl::Source& shipped) { return shipped.file == name; });
-    setup.programs.push_back({name, config::read_text_file(file)});
-  }
+  if (!scenario.archive.empty()) replace_with(setup.programs, archive_programs(scenario.archive));
+  for (const fs::path& file : scenario.programs)
+    replace_with(setup.programs, {{file.filename(), config::read_text_file(file)}});
   return setup;
 }
 

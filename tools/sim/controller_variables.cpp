@@ -1,4 +1,5 @@
 // The part of Controller that answers for system variables.
+#include <algorithm>
 #include <array>
 
 #include "core/arm/forward.hpp"
@@ -55,14 +56,32 @@ const std::map<std::string_view, Controller::Reader>& Controller::readers() {
   static const std::map<std::string_view, Reader> kReaders{
       {"$AXIS_ACT", [](const Controller& c, int) { return axes_deg(c.motion_.position()); }},
       {"$AXIS_ACT_MEAS", [](const Controller& c, int) { return axes_deg(c.actual_); }},
-      {"$POS_ACT_MES", [](const Controller& c, int) { return c.actual_pose(); }},
-      {"$POS_ACT", [](const Controller& c, int) { return c.actual_pose(); }},
+      {"$POS_ACT_MES", [](const Controller& c, int) { return c.pose_at(c.actual_); }},
+      {"$POS_ACT", [](const Controller& c, int) { return c.pose_at(c.actual_); }},
       {"$SOFTN_END", [](const Controller& c, int i) { return limit_deg(c.setup_.nominal, i, &Joint::min); }},
       {"$SOFTP_END", [](const Controller& c, int i) { return limit_deg(c.setup_.nominal, i, &Joint::max); }},
       {"$ROBTRAFO", [](const Controller& c, int) { return c.setup_.model; }},
       {"$V_R1MADA", [](const Controller&, int) { return std::string{"KSS 8.6.11 (simulated)"}; }},
       {"$KR_SERIALNO", [](const Controller& c, int) { return c.setup_.serial; }},
       {"$NULLFRAME", [](const Controller&, int) { return Parts(6, Value{0.0}); }},
+      {"$WORLD", [](const Controller&, int) { return Parts(6, Value{0.0}); }},
+      {"$AXIS_INT", [](const Controller& c, int) { return axes_deg(c.interrupted_at_); }},
+      {"$POS_INT", [](const Controller& c, int) { return c.pose_at(c.interrupted_at_); }},
+      {"$T1", [](const Controller& c, int) { return c.mode_ == 1; }},
+      {"$T2", [](const Controller& c, int) { return c.mode_ == 2; }},
+      {"$AUT", [](const Controller& c, int) { return c.mode_ == 3; }},
+      {"$EXT", [](const Controller& c, int) { return c.mode_ == 4; }},
+      {"$PRO_ACT", [](const Controller& c, int) { return c.robot_->state() == krl::ProgramState::Active; }},
+      {"$DRIVES_ON", [](const Controller& c, int) { return c.drives_on_; }},
+      {"$PRO_STATE0", [](const Controller& c, int) { return Literal{name_of(c.submit_->state())}; }},
+      {"$PRO_STATE", [](const Controller& c, int) { return Literal{name_of(c.robot_->state())}; }},
+      {"$PRO_MODE", [](const Controller&, int) { return Literal{"GO"}; }},
+      {"$KINCLASS", [](const Controller&, int) { return Literal{"STANDARD"}; }},
+      {"$NUM_AX", [](const Controller&, int) { return 6; }},
+      {"$EX_AX_NUM", [](const Controller&, int) { return 0; }},
+      {"$ROB_TIMER",
+       [](const Controller& c, int) { return static_cast<int>(c.time_ / std::chrono::milliseconds{1}); }},
+      {"$DATE", [](const Controller& c, int) { return c.date(); }},
       {"$PRO_STATE1", [](const Controller& c, int) { return Literal{name_of(c.robot_->state())}; }},
       {"$MODE_OP", [](const Controller& c, int) { return Literal{c.mode_name()}; }},
       {"$ROB_STOPPED", [](const Controller& c, int) { return c.motion_.is_standing(); }},
@@ -80,12 +99,19 @@ Value Controller::read(std::string_view name, std::optional<int> index) {
   if (const auto reader = readers().find(name); reader != readers().end())
     return reader->second(*this, index.value_or(0));
   if (name == "$TIMER") return timer_ms(*index);
+  if (name == "$TIMER_FLAG") return timer_ms(*index) > 0;
   const auto written = variables_.find(key(name, index));
   if (written != variables_.end()) return written->second;
   if (name == "$TIMER_STOP") return true;
-  const bool begins_false = name == "$FLAG" || name == "$IN" || name == "$OUT";
-  if (begins_false && index) return false;
-  return {};
+  const bool is_monitored = name.starts_with("$TORQ") || name.starts_with("$COLLMON");
+  if (is_monitored && index) return 0.0;
+  return begins_false(name, index) ? Value{false} : Value{};
+}
+
+/// Flags, inputs and outputs that nothing has set.
+bool Controller::begins_false(std::string_view name, std::optional<int> index) const {
+  const auto variable = std::ranges::find(program_->systems, name, &krl::Variable::name);
+  return variable->type.kind == krl::Kind::Bool && variable->type.is_array() == index.has_value();
 }
 
 std::expected<void, std::string> Controller::write(std::string_view name, std::optional<int> index,
@@ -102,7 +128,19 @@ std::expected<void, std::string> Controller::write(std::string_view name, std::o
     motion_.set_override(percent / 100.0);
   }
   variables_[key(name, index)] = value;
+  if (name == "$MSG_T") show_message_of_krc2();
   return {};
+}
+
+/// The message of KRC2: VALID puts it on the pendant. A dialog is answered by its first key.
+void Controller::show_message_of_krc2() {
+  enum Field { Valid, Release, Typ, Modul, Key, ParamTyp, Param, DlgFormat, Answer };
+  Parts& message = std::get<Parts>(variables_["$MSG_T"]);
+  if (message[Valid] != Value{true}) return;
+  message[Valid] = false;
+  message[Answer] = 1;
+  show({.text = krl::text_of(message[Modul]) + ": " + krl::text_of(message[Key]) + " " +
+                krl::text_of(message[Param])});
 }
 
 /// A timer stands until $TIMER_STOP is taken away.
@@ -123,14 +161,36 @@ std::optional<Eigen::Isometry3d> Controller::frame_in(std::string_view variable)
 }
 
 /// There is none while no tool or base is in force, as after a cancelled program.
-Value Controller::actual_pose() const {
+Value Controller::pose_at(const JointVector& q) const {
   const auto base = frame_in("$BASE"), tool = frame_in("$TOOL");
   if (!base || !tool) return {};
-  const Eigen::Isometry3d X = inverse_of(*base) * forward_kinematics(setup_.nominal, actual_) * *tool;
+  const Eigen::Isometry3d X = inverse_of(*base) * forward_kinematics(setup_.nominal, q) * *tool;
   const Eigen::Vector3d p = X.translation(), abc_deg = kuka_abc_deg(X.linear());
-  const StatusTurn branch = motion_.inverse().of_joints(actual_);
+  const StatusTurn branch = motion_.inverse().of_joints(q);
   return Parts{p.x(),       p.y(), p.z(), abc_deg.x(), abc_deg.y(), abc_deg.z(), branch.status,
                branch.turn, 0.0,   0.0,   0.0,         0.0,         0.0,         0.0};
+}
+
+/// The simulator's clock begins with the year 2026.
+Value Controller::date() const {
+  using namespace std::chrono;
+  const auto ms = duration_cast<milliseconds>(time_);
+  const year_month_day day{sys_days{year{2026} / January / 1} + floor<days>(ms)};
+  const hh_mm_ss clock{ms % days{1}};
+  constexpr int kMsOfCentisecond = 10;
+  return Parts{static_cast<int>(clock.subseconds().count() / kMsOfCentisecond),
+               static_cast<int>(clock.seconds().count()),
+               static_cast<int>(clock.minutes().count()),
+               static_cast<int>(clock.hours().count()),
+               static_cast<int>(static_cast<unsigned>(day.day())),
+               static_cast<int>(static_cast<unsigned>(day.month())),
+               static_cast<int>(day.year())};
+}
+
+/// ERROR_T without an error.
+Value Controller::no_error() {
+  constexpr std::size_t kName = 24;
+  return Parts{0, 0, 0, 0, std::string(kName, '\0'), std::string(kName, '\0')};
 }
 
 std::string Controller::mode_name() const {
@@ -140,8 +200,10 @@ std::string Controller::mode_name() const {
 
 void Controller::default_variables() {
   variables_["$OV_PRO"] = 100;
-  for (int i = 1; i <= 16; ++i) variables_["$TOOL_DATA[" + std::to_string(i) + "]"] = Parts(6, Value{0.0});
-  for (int i = 1; i <= 32; ++i) variables_["$BASE_DATA[" + std::to_string(i) + "]"] = Parts(6, Value{0.0});
+  variables_["$OV_JOG"] = 100;
+  variables_["$ADAP_ACC"] = Literal{"STEP1"};  // of KRC4, which takes the load into account
+  variables_["$ERR"] = no_error();
+  variables_["$IPO_MODE"] = Literal{"BASE"};
 }
 
 }  // namespace truepose::sim

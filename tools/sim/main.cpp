@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
@@ -10,6 +11,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -249,6 +251,19 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
   return refusal(e.what());
 }
 
+/// A line for each file of the archive that is not simulated as a whole.
+void print_not_simulated(const std::vector<sim::krl::Fault>& refusals) {
+  std::map<std::string, std::vector<sim::krl::Fault>> by_file;
+  for (const sim::krl::Fault& refusal : refusals) if (getenv("ALLREF")) std::printf("R %s\n", refusal.text().c_str());
+  for (const sim::krl::Fault& refusal : refusals) by_file[refusal.file].push_back(refusal);
+  for (const auto& [file, of_file] : by_file) {
+    const auto first = std::ranges::min_element(of_file, {}, &sim::krl::Fault::line);
+    std::printf("%s: %zu %s not simulated, the first in line %d: %s. A program stops where it comes to one.\n",
+                file.c_str(), of_file.size(), of_file.size() == 1 ? "statement is" : "statements are",
+                first->line, first->what.c_str());
+  }
+}
+
 int run(Options options) {
   const config::Scenario scenario = config::load_scenario(options.scenario);
   const rsi::EthernetConfig ethernet = sendable_ethernet(scenario.ethernet_xml);
@@ -275,6 +290,7 @@ int run(Options options) {
     std::printf("EKI %u and %u, %s %u, RSI to %s:%u\n", ports.eki, ports.eki_state,
                 options.cell.bridge_port ? "tracker's bridge" : "tracker", ports.tracker,
                 options.cell.rsi_host.c_str(), options.cell.rsi_port);
+    print_not_simulated(cell.not_simulated());
     std::fflush(stdout);
   }
   loop.run();

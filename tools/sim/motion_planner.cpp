@@ -31,6 +31,12 @@ bool is_relative(const krl::Motion& motion) {
   return motion.kind == MotionKind::PtpRel || motion.kind == MotionKind::LinRel;
 }
 
+/// Behind `before`, along the axes of the tool.
+Eigen::Isometry3d in_tool(const krl::PoseTarget& target, const Eigen::Isometry3d& before) {
+  const auto by = [&](std::size_t i) { return target.pose[i].value_or(0); };
+  return before * pose_from_kuka({by(0), by(1), by(2)}, {by(3), by(4), by(5)});
+}
+
 double share_of_speed(const krl::Motion& motion) {
   return std::clamp(motion.velocity_percent[0], 1, 100) / 100.0;
 }
@@ -49,12 +55,17 @@ Eigen::Isometry3d pose_of(const krl::PoseTarget& target, const Eigen::Isometry3d
   return pose_from_kuka(xyz_mm, abc_deg);
 }
 
+Eigen::Isometry3d target_of(const krl::Motion& motion, const Eigen::Isometry3d& before) {
+  const auto& target = std::get<krl::PoseTarget>(motion.target);
+  return motion.is_in_tool ? in_tool(target, before) : pose_of(target, before, is_relative(motion));
+}
+
 SplineSegment segment_of(const krl::Motion& motion, const Eigen::Isometry3d& before) {
   using Kind = SplineSegment::Kind;
   SplineSegment segment{.kind = motion.kind == MotionKind::Spl ? Kind::Curve
                                 : motion.via                   ? Kind::Arc
                                                                : Kind::Line,
-                        .to = pose_of(std::get<krl::PoseTarget>(motion.target), before, is_relative(motion))};
+                        .to = target_of(motion, before)};
   if (motion.via) segment.via = pose_of(*motion.via, before, false).translation();
   if (motion.circle_angle_deg) segment.angle_rad = *motion.circle_angle_deg * kRadPerDeg;
   return segment;
@@ -65,6 +76,39 @@ SpeedLimit limit_of(const krl::Motion& motion, const TcpPath& piece) {
       .length_mm = piece.length_mm(),
       .speed_mm_s = 1000 * motion.path_velocity_m_s.value_or(kDefaultSpeed_mm_s / 1000),
       .acceleration_mm_s2 = 1000 * motion.path_acceleration_m_s2.value_or(kDefaultAcceleration_mm_s2 / 1000)};
+}
+
+/// TIME_BLOCK: makes each part take its share of the whole time, where the arm is fast enough for it.
+void keep_times(const std::vector<krl::Motion>& segments, std::vector<SpeedLimit>& limits) {
+  const auto end = std::ranges::find_if(segments, [](const auto& s) { return s.time_s.has_value(); });
+  if (end == segments.end()) return;
+  struct Part {
+    std::size_t first = 0, last = 0;
+    double wanted_s = 0;
+  };
+  std::vector<Part> parts;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (!segments[i].time_percent) continue;
+    parts.push_back({first, i, *segments[i].time_percent / 100 * *end->time_s});
+    first = i + 1;
+  }
+  const std::vector<SpeedLimit> fastest = limits;
+  constexpr int kRounds = 40;  // where parts meet, the speed of one is limited by the other's
+  for (int round = 0; round < kRounds; ++round) {
+    const SpeedProfile speed{limits};
+    double begins_mm = 0;
+    std::size_t i = 0;
+    for (const Part& part : parts) {
+      double ends_mm = begins_mm;
+      for (; i <= part.last; ++i) ends_mm += limits[i].length_mm;
+      const double lasts_s = (speed.time_at(ends_mm) - speed.time_at(begins_mm)).count();
+      for (std::size_t j = part.first; j <= part.last && part.wanted_s > 0; ++j)
+        limits[j].speed_mm_s =
+            std::min(limits[j].speed_mm_s * lasts_s / part.wanted_s, fastest[j].speed_mm_s);
+      begins_mm = ends_mm;
+    }
+  }
 }
 
 bool have_corner(const TcpPath& before, const TcpPath& after) {
@@ -228,13 +272,14 @@ std::expected<MotionPlanner::Course, std::string> MotionPlanner::course_of(const
     course.limits.push_back(limit_of(parts[i], course.pieces[i]));
     course.limits.back().stops = i + 1 < parts.size() && have_corner(course.pieces[i], course.pieces[i + 1]);
   }
+  keep_times(parts, course.limits);
   return course;
 }
 
 std::expected<JointVector, std::string> MotionPlanner::joints_of(const krl::Motion& motion,
                                                                  const JointVector& from) const {
   if (const auto* target = std::get_if<krl::PoseTarget>(&motion.target)) {
-    const Eigen::Isometry3d X = pose_of(*target, tcp(motion, from), is_relative(motion));
+    const Eigen::Isometry3d X = target_of(motion, tcp(motion, from));
     return inverse_->solve(frame(motion.base) * X * inverse_of(frame(motion.tool)), target->status,
                            target->turn, from);
   }

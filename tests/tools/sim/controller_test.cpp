@@ -373,12 +373,41 @@ TEST(Controller, CorrectsNoPtpInTheCycleOf12Ms) {
   }
 }
 
-TEST(Controller, RefusesTheParametersOfInlineFormsByNameAndLine) {
-  for (const std::string command : {"PTP_PARAMS", "CP_PARAMS"}) {
-    Controller controller{with_program("BAS(#" + command + ",100)\n")};
-    EXPECT_THAT(controller.take_messages(),
-                ElementsAre("part.src:2: BAS: BAS(#" + command + ", ...) of inline forms is not simulated"));
-    EXPECT_EQ(controller.program().state, eki::ProgramState::Stopped);
+/// The cell's own $config.dat has its tool 2 and its base 3.
+TEST(Controller, MakesInlineFormsWithTheToolAndBaseOfTheirNumbers) {
+  for (const std::string motion :
+       {"PDAT_ACT=PDEFAULT\nFDAT_ACT=FP1\nBAS(#PTP_PARAMS,50)\nPTP XP1\n",
+        "LDAT_ACT=LDEFAULT\nFDAT_ACT=FP1\nBAS(#CP_PARAMS,0.5)\nLIN XP1\n",
+        "BAS(#TOOL,2)\nBAS(#BASE,3)\nLIN XP1\n",
+        "SPTP XP1 WITH $VEL_AXIS[1]=SVEL_JOINT(50.0),$TOOL=STOOL2(FP1),$BASE=SBASE(FP1.BASE_NO),"
+        "$IPO_MODE=SIPO_MODE(FP1.IPO_FRAME),$LOAD=SLOAD(FP1.TOOL_NO),$ACC_AXIS[1]=SACC_JOINT(PDEFAULT),"
+        "$APO=SAPO_PTP(PDEFAULT),$GEAR_JERK[1]=SGEAR_JERK(PDEFAULT),"
+        "$COLLMON_TOL_PRO[1]=USE_CM_PRO_VALUES(0)\n",
+        "SLIN XP1 WITH $VEL=SVEL_CP(0.5,,LDEFAULT),$TOOL=STOOL2(FP1),$BASE=SBASE(FP1.BASE_NO),"
+        "$IPO_MODE=SIPO_MODE(FP1.IPO_FRAME),$LOAD=SLOAD(FP1.TOOL_NO),$ACC=SACC_CP(LDEFAULT),"
+        "$ORI_TYPE=SORI_TYP(LDEFAULT),$APO=SAPO(LDEFAULT),$JERK=SJERK(LDEFAULT)\n"}) {
+    ControllerSetup setup =
+        with_program("BAS(#INITMOV,0)\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 45,A6 0}\n" + motion);
+    setup.programs.push_back(
+        {"part.dat",
+         "DEFDAT PART\nDECL FDAT FP1={TOOL_NO 2,BASE_NO 3,IPO_FRAME #BASE,POINT2[] \" \"}\n"
+         "DECL E6POS XP1={X 500.0,Y 100.0,Z 700.0,A 0.0,B 90.0,C 0.0,E1 0.0}\nENDDAT"});
+    for (krl::Source& source : setup.programs) {
+      if (source.file != "$config.dat") continue;
+      source.text.insert(source.text.rfind("ENDDAT"),
+                         "TOOL_DATA[2]={X 10.0,Y 20.0,Z 300.0,A 0.0,B 30.0,C 0.0}\n"
+                         "BASE_DATA[3]={X 1000.0,Y -50.0,Z 500.0,A 10.0,B 0.0,C 0.0}\n");
+    }
+    Controller controller{setup};
+    controller.advance(30s);
+    EXPECT_THAT(controller.take_messages(), IsEmpty()) << motion;
+    EXPECT_EQ(controller.program().state, eki::ProgramState::Ended) << motion;
+    const Eigen::Isometry3d tool = pose_from_kuka({10, 20, 300}, {0, 30, 0});
+    const Eigen::Isometry3d base = pose_from_kuka({1000, -50, 500}, {10, 0, 0});
+    const Eigen::Isometry3d there = forward_kinematics(setup.nominal, controller.axes()) * tool;
+    const Eigen::Isometry3d wanted = base * pose_from_kuka({500, 100, 700}, {0, 90, 0});
+    EXPECT_LT((there.translation() - wanted.translation()).norm(), 1e-3) << motion;
+    EXPECT_TRUE(there.linear().isApprox(wanted.linear(), 1e-6)) << motion;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -131,6 +132,50 @@ TEST_F(ProgramMotionTest, GoesRelativelyFromWhereTheMotionBeforeEnds) {
   run();
   EXPECT_NEAR(arm.position()[0], 15 * kRadPerDeg, 1e-12);
   EXPECT_NEAR(arm.position()[1], -80 * kRadPerDeg, 1e-12);
+}
+
+TEST_F(ProgramMotionTest, GoesAlongTheAxesOfTheTool) {
+  take(ptp({0, -90, 90, 0, 45, 30}));
+  run();
+  const Eigen::Isometry3d before = forward_kinematics(kr210(), arm.position());
+  krl::Motion motion{.number = 99, .kind = krl::MotionKind::LinRel};
+  motion.is_in_tool = true;
+  motion.target = krl::PoseTarget{.pose = {10.0, -20.0, 30.0}};
+  take(motion);
+  run();
+  EXPECT_LT((tcp_mm() - before * Eigen::Vector3d{10, -20, 30}).norm(), 1e-6);
+}
+
+/// How long the arm takes up to a point, from the way that it went.
+double seconds_to(const std::vector<Eigen::Vector3d>& way, const Eigen::Vector3d& point) {
+  const auto nearest =
+      std::ranges::min_element(way, {}, [&](const Eigen::Vector3d& p) { return (p - point).norm(); });
+  return kStep.count() * static_cast<double>(nearest - way.begin());
+}
+
+TEST_F(ProgramMotionTest, TakesTheTimesOfTheBlockForItsParts) {
+  const Eigen::Vector3d a{1500, 0, 1200}, b{1500, 100, 1200}, c{1500, 400, 1200};
+  take(lin(a.x(), a.y(), a.z()));
+  run();
+  krl::Motion first = spl(b.x(), b.y(), b.z()), second = spl(c.x(), c.y(), c.z());
+  for (krl::Motion* segment : {&first, &second}) segment->path_acceleration_m_s2 = 20;
+  first.time_percent = 60;
+  second.time_percent = 40;
+  second.time_s = 4;
+  take(spline({first, second}));
+  const std::vector<Eigen::Vector3d> way = run();
+  EXPECT_NEAR(seconds_to(way, b), 2.4, 0.02) << "100 mm in 60 %";
+  EXPECT_NEAR(seconds_to(way, c), 4.0, 0.02) << "300 mm in 40 %";
+}
+
+TEST_F(ProgramMotionTest, IsAsSlowAsItsVelocityWhateverTheTimesOfTheBlock) {
+  take(lin(1500, 0, 1200));
+  run();
+  krl::Motion segment = spl(1500, 500, 1200);  // 0.5 m/s
+  segment.time_percent = 100;
+  segment.time_s = 0.1;
+  take(spline({segment}));
+  EXPECT_GT(kStep.count() * static_cast<double>(run().size()), 1.0);
 }
 
 TEST_F(ProgramMotionTest, IsSlowInT1) {

@@ -13,20 +13,45 @@ constexpr std::size_t kDeepestBlock = 60;
 /// The head of a subprogram and its declarations.
 class RoutineScanner {
  public:
-  RoutineScanner(const std::string& file, std::span<const Statement> statements, int module, Symbols& symbols)
+  RoutineScanner(const std::string& file, std::span<const Statement> statements, int module, bool is_partial,
+                 Symbols& symbols)
       : file_{file},
         statements_{statements},
         module_{module},
+        is_partial_{is_partial},
         symbols_{symbols},
         index_{symbols.add_file(file)} {}
 
   std::vector<Body> scan() {
     std::vector<Body> bodies;
-    while (at_ < statements_.size()) bodies.push_back(routine());
+    while (at_ < statements_.size()) {
+      const std::size_t first = at_;
+      try {
+        bodies.push_back(routine());
+      } catch (const Fault& fault) {
+        if (!is_partial_) throw;
+        symbols_.refuse(fault, {name_of(statements_[first])});
+        for (at_ = first + 1; at_ < statements_.size() && !begins_routine(statements_[at_]);) ++at_;
+      }
+    }
     return bodies;
   }
 
  private:
+  static bool begins_routine(const Statement& statement) {
+    const bool is_global = statement.tokens[0].is("GLOBAL");
+    if (is_global && statement.tokens.size() == 1) return false;
+    const Token& word = statement.tokens[is_global ? 1 : 0];
+    return word.is("DEF") || word.is("DEFFCT");
+  }
+
+  /// What stands before the parameters.
+  static std::string name_of(const Statement& head) {
+    const auto bracket =
+        std::ranges::find_if(head.tokens, [](const Token& token) { return token.is("("); });
+    return bracket == head.tokens.begin() ? std::string{} : (bracket - 1)->text;
+  }
+
   Body routine() {
     TokenReader reader(file_, statements_[at_]);
     Routine routine{.file = index_, .line = statements_[at_].line, .module = module_};
@@ -34,7 +59,10 @@ class RoutineScanner {
     const bool is_function = reader.take_if("DEFFCT");
     if (!is_function && !reader.take_if("DEF"))
       reader.fail("DEF or DEFFCT is expected before " + reader.peek().text);
-    if (is_function) routine.result = read_type(reader, symbols_.program.types);
+    if (is_function) {
+      routine.result = read_type(reader, symbols_.program.types);
+      read_sizes(reader, symbols_.program.types, routine.result);
+    }
     routine.name = reader.take_name("the name of the subprogram");
     symbols_.check_new_name(routine.name, reader);
     // The first subprogram of a module carries its name and is known everywhere.
@@ -42,7 +70,10 @@ class RoutineScanner {
     read_parameters(reader, routine);
     reader.expect_end();
     ++at_;
-    Body body{.routine = symbols_.program.routines.size(), .file = file_, .is_submit = is_submit()};
+    Body body{.routine = symbols_.program.routines.size(),
+              .file = file_,
+              .is_submit = is_submit(),
+              .is_partial = is_partial_};
     read_declarations(routine, body);
     take_statements(routine, is_function ? "ENDFCT" : "END", body);
     symbols_.add_routine(std::move(routine));
@@ -59,7 +90,11 @@ class RoutineScanner {
       symbols_.check_new_name(parameter.name, reader);
       if (std::ranges::count(routine.parameters, parameter.name, &Parameter::name) > 0)
         reader.fail("the parameter " + parameter.name + " is named twice");
-      if (reader.take_if("[")) reader.expect("]");
+      if (reader.take_if("[")) {
+        while (reader.take_if(",")) {
+        }
+        reader.expect("]");
+      }
       if (reader.take_if(":")) {
         const std::string direction = reader.take_name("IN or OUT");
         if (direction != "IN" && direction != "OUT")
@@ -75,7 +110,12 @@ class RoutineScanner {
     for (; at_ < statements_.size(); ++at_) {
       TokenReader reader(file_, statements_[at_]);
       if (!begins_declaration(reader, symbols_.program.types)) break;
-      read_declaration(reader, body);
+      try {
+        read_declaration(reader, body);
+      } catch (const Fault& fault) {
+        if (!is_partial_) throw;
+        symbols_.refuse(fault);
+      }
     }
     for (std::size_t i = 0; i < routine.parameters.size(); ++i) {
       routine.parameters[i].type = body.locals[i].type;
@@ -131,6 +171,7 @@ class RoutineScanner {
   const std::string& file_;
   std::span<const Statement> statements_;
   int module_;
+  bool is_partial_;
   Symbols& symbols_;
   int index_;
   std::size_t at_ = 0;
@@ -139,8 +180,8 @@ class RoutineScanner {
 }  // namespace
 
 std::vector<Body> scan_routines(const std::string& file, std::span<const Statement> statements, int module,
-                                Symbols& symbols) {
-  return RoutineScanner(file, statements, module, symbols).scan();
+                                bool is_partial, Symbols& symbols) {
+  return RoutineScanner(file, statements, module, is_partial, symbols).scan();
 }
 
 BodyCompiler::BodyCompiler(const Body& body, Symbols& symbols)
@@ -155,8 +196,7 @@ BodyCompiler::BodyCompiler(const Body& body, Symbols& symbols)
 
 void BodyCompiler::compile() {
   symbols_.program.routines[body_.routine].entry = scope_.here();
-  while (!at_end()) statement();
-  land_gotos();
+  compile_statements();
   scope_.line = body_.end.line;
   scope_.emit(Op::Statement);
   Routine& routine = symbols_.program.routines[body_.routine];
@@ -165,6 +205,18 @@ void BodyCompiler::compile() {
     const bool is_parameter = i < routine.parameters.size();
     routine.local_names.push_back({scope_.locals[i].name, scope_.locals[i].type});
     routine.locals.push_back(is_parameter ? Value{} : scope_.types().blank(scope_.locals[i].type));
+  }
+}
+
+/// Of a partial file, a subprogram whose loops and branches do not close stops the program where it is called.
+void BodyCompiler::compile_statements() {
+  const std::size_t before = scope_.here();
+  try {
+    while (!at_end()) statement();
+    land_gotos();
+  } catch (const Fault& fault) {
+    if (!body_.is_partial) throw;
+    scope_.refuse(before, fault);
   }
 }
 
@@ -199,7 +251,22 @@ void BodyCompiler::statement() {
   scope_.is_continued = std::exchange(continued_, false);
   scope_.emit(Op::Statement);
   TokenReader reader(body_.file, statement);
-  dispatch(reader);
+  attempt([&] { dispatch(reader); });
+}
+
+void BodyCompiler::attempt(const std::function<void()>& part) {
+  if (!body_.is_partial) return part();
+  const std::size_t before = scope_.here(), statement = at_, loops = exits_.size(), blocks = blocks_.size();
+  const std::vector<LocalName> locals = scope_.locals;
+  try {
+    part();
+  } catch (const Fault& fault) {
+    const bool is_one_line = at_ == statement && exits_.size() == loops && blocks_.size() == blocks;
+    if (!is_one_line) throw;
+    scope_.locals = locals;
+    scope_.aside = {};
+    scope_.refuse(before, fault);
+  }
 }
 
 void BodyCompiler::dispatch(TokenReader& reader) {
@@ -247,6 +314,8 @@ const std::map<std::string_view, BodyCompiler::Compile>& BodyCompiler::statement
       {"SPLINE", &BodyCompiler::compile_spline},
       {"PTP_SPLINE", &BodyCompiler::compile_spline},
       {"TRIGGER", &BodyCompiler::compile_trigger},
+      {"PULSE", &BodyCompiler::compile_pulse},
+      {"ON_ERROR_PROCEED", &BodyCompiler::compile_proceed},
       {"WAIT", &BodyCompiler::compile_wait},
       {"INTERRUPT", &BodyCompiler::compile_interrupt},
       {"GLOBAL", &BodyCompiler::compile_interrupt},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -17,12 +18,13 @@ struct Body {
   Statement end;  ///< END or ENDFCT
   std::string file;
   bool is_submit = false;
+  bool is_partial = false;  ///< as Source::is_partial
 };
 
 /// Finds the subprograms of a .src or .sub. Throws Fault.
 /// @param statements  outlive the bodies
 std::vector<Body> scan_routines(const std::string& file, std::span<const Statement> statements, int module,
-                                Symbols& symbols);
+                                bool is_partial, Symbols& symbols);
 
 /// Writes the code of one subprogram. Throws Fault.
 class BodyCompiler {
@@ -31,12 +33,15 @@ class BodyCompiler {
   void compile();
 
  private:
+  void compile_statements();
   bool at_end() const { return at_ == body_.statements.size(); }
   bool next_begins_with(std::string_view word) const;
   /// Compiles until a statement begins with one of the words. @return the word
   std::string block(std::initializer_list<std::string_view> ends, const Statement& opened);
   void statement();
   void dispatch(TokenReader& reader);
+  /// Compiles a part of a statement. Of a partial file, what is not known becomes Op::Refuse.
+  void attempt(const std::function<void()>& part);
   /// Reads `word` and what follows it alone in its line.
   void close(std::string_view word);
 
@@ -45,6 +50,7 @@ class BodyCompiler {
   void compile_switch(TokenReader& reader);
   void compile_case(std::size_t subject, const Type& type, std::vector<std::size_t>& exits);
   void compile_for(TokenReader& reader);
+  void for_range(TokenReader& reader, const Expression& counter, std::size_t last, std::size_t step);
   void compile_while(TokenReader& reader);
   void compile_repeat(TokenReader& reader);
   void compile_loop(TokenReader& reader);
@@ -75,12 +81,22 @@ class BodyCompiler {
 
   // spline_compiler.cpp
   void compile_spline(TokenReader& reader);
+  void compile_block(TokenReader& reader);
   std::vector<MotionShape> segments(MotionKind block, const Statement& opened);
   struct Setting {
     Expression variable, value;
   };
   std::vector<Setting> read_with(TokenReader& reader);
   void emit_settings(const std::vector<Setting>& settings);
+
+  void read_time(TokenReader& reader, std::vector<MotionShape>& segments);
+
+  // switching_compiler.cpp
+  void compile_pulse(TokenReader& reader);
+  void read_pulse(TokenReader& reader);
+  void compile_proceed(TokenReader& reader);
+  /// $CYCFLAG[1]=..
+  void compile_cyclical(TokenReader& reader);
 
   // trigger_compiler.cpp
   void compile_trigger(TokenReader& reader);

@@ -19,7 +19,7 @@ Type ExpressionCompiler::call(const Expression& expression) {
   if (const auto routine = scope_.symbols.find_routine(name, scope_.module))
     return call_routine(expression, *routine);
   if (const auto external = scope_.symbols.find_external(name)) return call_external(expression, *external);
-  scope_.fail("the subprogram " + name + " is not known");
+  scope_.fail("the subprogram " + name + " is not known" + scope_.symbols.why_unknown(name));
 }
 
 Type ExpressionCompiler::call_routine(const Expression& expression, std::size_t index) {
@@ -40,8 +40,9 @@ Type ExpressionCompiler::call_external(const Expression& expression, std::size_t
 }
 
 void ExpressionCompiler::fail_aside(const Expression& expression) {
-  const std::string what =
-      scope_.aside == "trigger" ? "what a trigger sets" : "the condition of an interrupt";
+  const std::string what = scope_.aside == "trigger"     ? "what a trigger sets"
+                           : scope_.aside == "interrupt" ? "the condition of an interrupt"
+                                                         : "a cyclical flag";
   scope_.fail(what + " cannot call " + expression.token.text);
 }
 
@@ -52,11 +53,22 @@ void ExpressionCompiler::count_arguments(const Expression& expression, std::size
 }
 
 void ExpressionCompiler::arguments(const Expression& expression, const std::vector<Parameter>& parameters) {
-  count_arguments(expression, parameters.size());
+  if (expression.parts.size() > parameters.size()) count_arguments(expression, parameters.size());
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const std::string what = "parameter " + std::to_string(i + 1) + " of " + expression.token.text;
-    argument(expression.parts[i], parameters[i], what);
+    const bool is_given = i < expression.parts.size() && expression.parts[i].kind != ExpressionKind::Omitted;
+    is_given ? argument(expression.parts[i], parameters[i], what) : omitted(parameters[i]);
   }
+}
+
+/// What a call leaves out has no value: a subprogram asks with VARSTATE, as KUKA's MsgLib does.
+void ExpressionCompiler::omitted(const Parameter& parameter) {
+  const Type& type = parameter.type;
+  const bool is_open = std::ranges::count(type.sizes, 0) > 0;
+  Type sized = type;
+  if (is_open) std::ranges::replace(sized.sizes, 0, 1);
+  if (parameter.direction == Direction::In) return scope_.push(scope_.types().blank(sized));
+  scope_.emit(Op::Local, scope_.add_hidden(sized));
 }
 
 void ExpressionCompiler::argument(const Expression& given, const Parameter& parameter,

@@ -14,9 +14,11 @@ void BodyCompiler::condition(TokenReader& reader, const std::string& what) {
 void BodyCompiler::compile_if(TokenReader& reader) {
   const Statement& opened = body_.statements[at_ - 1];
   reader.take();
-  condition(reader, "the condition of IF");
-  reader.expect("THEN");
-  reader.expect_end();
+  attempt([&] {
+    condition(reader, "the condition of IF");
+    reader.expect("THEN");
+    reader.expect_end();
+  });
   const std::size_t unless = scope_.emit(Op::JumpUnless);
   if (block({"ELSE", "ENDIF"}, opened) == "ELSE") {
     close("ELSE");
@@ -34,12 +36,15 @@ void BodyCompiler::compile_switch(TokenReader& reader) {
   const Statement& opened = body_.statements[at_ - 1];
   reader.take();
   const std::size_t subject = scope_.add_hidden({});
-  scope_.emit(Op::Local, subject);
-  const Type type = expressions_.value(read_expression(reader));
-  reader.expect_end();
-  const bool fits = type.is(Kind::Int) || type.is(Kind::Char) || type.is(Kind::Enumeration);
-  if (!fits) scope_.fail("SWITCH takes INT, CHAR or an enumeration, not " + scope_.types().name(type));
-  scope_.emit(Op::Store);
+  Type type;
+  attempt([&] {
+    scope_.emit(Op::Local, subject);
+    type = expressions_.value(read_expression(reader));
+    reader.expect_end();
+    const bool fits = type.is(Kind::Int) || type.is(Kind::Char) || type.is(Kind::Enumeration);
+    if (!fits) scope_.fail("SWITCH takes INT, CHAR or an enumeration, not " + scope_.types().name(type));
+    scope_.emit(Op::Store);
+  });
   if (!next_begins_with("CASE"))
     throw Fault{body_.file, at_end() ? opened.line : body_.statements[at_].line, "CASE is expected"};
   std::vector<std::size_t> exits;
@@ -59,14 +64,17 @@ void BodyCompiler::compile_case(std::size_t subject, const Type& type, std::vect
   TokenReader reader(body_.file, opened);
   reader.expect("CASE");
   std::vector<std::size_t> matches;
-  do {
-    scope_.emit(Op::Local, subject);
-    scope_.emit(Op::Fetch);
-    expressions_.value_as(read_expression(reader), type, "the value of CASE");
-    scope_.emit(Op::Unequal);
-    matches.push_back(scope_.emit(Op::JumpUnless));
-  } while (reader.take_if(","));
-  reader.expect_end();
+  attempt([&] {
+    if (type.kind == Kind::None) return;  // SWITCH itself is not known
+    do {
+      scope_.emit(Op::Local, subject);
+      scope_.emit(Op::Fetch);
+      expressions_.value_as(read_expression(reader), type, "the value of CASE");
+      scope_.emit(Op::Unequal);
+      matches.push_back(scope_.emit(Op::JumpUnless));
+    } while (reader.take_if(","));
+    reader.expect_end();
+  });
   const std::size_t next = scope_.emit(Op::Jump);
   for (const std::size_t match : matches) scope_.land(match);
   block({"CASE", "DEFAULT", "ENDSWITCH"}, opened);
@@ -95,8 +103,10 @@ void BodyCompiler::compile_loop(TokenReader& reader) {
 void BodyCompiler::compile_while(TokenReader& reader) {
   reader.take();
   const std::size_t start = scope_.here();
-  condition(reader, "the condition of WHILE");
-  reader.expect_end();
+  attempt([&] {
+    condition(reader, "the condition of WHILE");
+    reader.expect_end();
+  });
   const std::size_t unless = scope_.emit(Op::JumpUnless);
   loop_body(start, "ENDWHILE");
   scope_.land(unless);
@@ -111,19 +121,20 @@ void BodyCompiler::compile_repeat(TokenReader& reader) {
   loop_body(start, "UNTIL");
   TokenReader end(body_.file, body_.statements[at_++]);
   end.take();
-  condition(end, "the condition of UNTIL");
-  end.expect_end();
+  attempt([&] {
+    condition(end, "the condition of UNTIL");
+    end.expect_end();
+  });
   scope_.emit(Op::JumpUnless, start);
   for (const std::size_t exit : exits_.back()) scope_.land(exit);
   exits_.pop_back();
 }
 
-void BodyCompiler::compile_for(TokenReader& reader) {
-  reader.take();
-  const Expression counter = read_variable(reader);
+/// Gives the counter its first value, and keeps the last and the step.
+void BodyCompiler::for_range(TokenReader& reader, const Expression& counter, std::size_t last,
+                             std::size_t step) {
   reader.expect("=");
   expressions_.assign(counter, read_expression(reader));
-  const std::size_t last = scope_.add_hidden({Kind::Int}), step = scope_.add_hidden({Kind::Int});
   reader.expect("TO");
   scope_.emit(Op::Local, last);
   expressions_.value_as(read_expression(reader), {Kind::Int}, "the end of FOR");
@@ -136,20 +147,34 @@ void BodyCompiler::compile_for(TokenReader& reader) {
   }
   scope_.emit(Op::Store);
   reader.expect_end();
+}
 
-  const std::size_t start = scope_.here();
-  if (!expressions_.value(counter).is(Kind::Int)) scope_.fail("the counter of FOR is INT");
+void BodyCompiler::compile_for(TokenReader& reader) {
+  reader.take();
+  const std::size_t last = scope_.add_hidden({Kind::Int}), step = scope_.add_hidden({Kind::Int});
+  Expression counter;
+  bool is_known = false;
+  std::size_t start = scope_.here();
+  attempt([&] {
+    counter = read_variable(reader);
+    for_range(reader, counter, last, step);
+    start = scope_.here();
+    if (!expressions_.value(counter).is(Kind::Int)) scope_.fail("the counter of FOR is INT");
+    is_known = true;
+  });
   scope_.emit(Op::ForGoesOn, last);
   const std::size_t unless = scope_.emit(Op::JumpUnless);
   const Statement& opened = body_.statements[at_ - 1];
   exits_.emplace_back();
   block({"ENDFOR"}, opened);
-  expressions_.place(counter);
-  expressions_.value(counter);
-  scope_.emit(Op::Local, step);
-  scope_.emit(Op::Fetch);
-  scope_.emit(Op::Add);
-  scope_.emit(Op::Store);
+  if (is_known) {
+    expressions_.place(counter);
+    expressions_.value(counter);
+    scope_.emit(Op::Local, step);
+    scope_.emit(Op::Fetch);
+    scope_.emit(Op::Add);
+    scope_.emit(Op::Store);
+  }
   close("ENDFOR");
   scope_.emit(Op::Jump, start);
   scope_.land(unless);
@@ -219,6 +244,7 @@ void BodyCompiler::compile_continue(TokenReader& reader) {
 }
 
 void BodyCompiler::compile_assignment(TokenReader& reader) {
+  if (reader.next_is("$CYCFLAG")) return compile_cyclical(reader);
   const Expression target = read_variable(reader);
   reader.expect("=");
   const Expression source = read_expression(reader);

@@ -8,9 +8,8 @@
 namespace truepose::sim::krl {
 namespace {
 
-void read_structure(TokenReader& reader, Symbols& symbols) {
+Structure read_structure(TokenReader& reader, const Symbols& symbols) {
   Structure structure{.name = reader.take_name("the name of the structure")};
-  symbols.check_new_name(structure.name, reader);
   Type type = read_type(reader, symbols.program.types);
   do {
     // A type stands before its first component and holds for those that follow.
@@ -20,15 +19,23 @@ void read_structure(TokenReader& reader, Symbols& symbols) {
     read_sizes(reader, symbols.program.types, field.type);
     structure.fields.push_back(std::move(field));
   } while (reader.take_if(","));
-  symbols.program.types.add(std::move(structure));
+  return structure;
 }
 
-void read_enumeration(TokenReader& reader, Symbols& symbols) {
+Enumeration read_enumeration(TokenReader& reader) {
   Enumeration enumeration{.name = reader.take_name("the name of the enumeration")};
-  symbols.check_new_name(enumeration.name, reader);
   do enumeration.literals.push_back(reader.take_name("a constant"));
   while (reader.take_if(","));
-  symbols.program.types.add(std::move(enumeration));
+  return enumeration;
+}
+
+/// Adds a type. A file may declare again what the controller has, as $config.dat of a real one does.
+template <typename T>
+void add_type(T type, const DataList& list, TokenReader& reader, Symbols& symbols) {
+  if (list.is_partial && symbols.program.types.has(type)) return;
+  symbols.check_new_name(type.name, reader);
+  if (symbols.program.types.find(type.name)) reader.fail("the type " + type.name + " is declared twice");
+  symbols.program.types.add(std::move(type));
 }
 
 /// STRUC and ENUM, with or without GLOBAL before them.
@@ -70,6 +77,7 @@ class DataCompiler {
     for (const Statement& statement : list_.statements) {
       TokenReader reader(list_.name, statement);
       scope_.line = statement.line;
+      if (is_closed && list_.is_partial) break;
       if (is_closed) reader.fail("a statement stands behind ENDDAT");
       if (!is_open) {
         reader.expect("DEFDAT");
@@ -80,14 +88,35 @@ class DataCompiler {
       } else if (reader.next_is("ENDDAT") && !list_.is_environment) {
         is_closed = true;
       } else if (!declares_type(statement, "STRUC") && !declares_type(statement, "ENUM")) {
-        read_statement(reader);
+        list_.is_partial ? try_statement(statement) : read_statement(reader);
       }
     }
-    if (!is_closed && !list_.is_environment) throw Fault{list_.name, last_line(), "ENDDAT is missing"};
+    if (!is_closed && !list_.is_environment && !list_.is_partial) throw Fault{list_.name, last_line(), "ENDDAT is missing"};
   }
 
  private:
   int last_line() const { return list_.statements.empty() ? 0 : list_.statements.back().line; }
+
+  void try_statement(const Statement& statement) {
+    const std::size_t before = scope_.here();
+    try {
+      TokenReader reader(list_.name, statement);
+      read_statement(reader);
+    } catch (const Fault& fault) {
+      symbols_.program.code.resize(before);
+      symbols_.refuse(fault, declared_names(statement));
+    }
+  }
+
+  /// All names of a statement that nothing else has.
+  std::vector<std::string> declared_names(const Statement& statement) const {
+    std::vector<std::string> names;
+    for (const Token& token : statement.tokens) {
+      if (token.kind == TokenKind::Name && !symbols_.find_variable(token.text, list_.module))
+        names.push_back(token.text);
+    }
+    return names;
+  }
 
   void read_statement(TokenReader& reader) {
     if (reader.next_is("EXT") || reader.next_is("EXTFCT")) return read_external(reader);
@@ -98,14 +127,16 @@ class DataCompiler {
     const auto symbol = symbols_.find_variable(reader.peek().text, list_.module);
     if (!symbol)
       reader.fail("the name " + reader.peek().text + " is not known, and no declaration begins with it");
-    if (symbol->storage != Storage::Global)
+    if (symbol->storage != Storage::Global) {
+      if (declares_systems()) return;
       reader.fail(reader.peek().text + " is the controller's and gets no initial value");
+    }
     const Expression target = read_variable(reader);
     if (!has_constant_indices(target)) reader.fail("an index in a data list is constant");
     reader.expect("=");
     const Expression value = read_initial_value(reader);
     reader.expect_end();
-    ExpressionCompiler(scope_).assign(target, value);
+    ExpressionCompiler(scope_).initialise(target, value);
   }
 
   Expression read_initial_value(TokenReader& reader) {
@@ -126,13 +157,32 @@ class DataCompiler {
       read_sizes(reader, symbols_.program.types, variable.type);
       if (std::ranges::count(variable.type.sizes, 0) > 0) reader.fail(variable.name + " needs a size");
       const bool is_system = variable.name.starts_with('$');
-      if (is_system && !list_.is_environment)
+      if (is_system && !declares_systems())
         reader.fail(variable.name + " begins with $, as the controller's own variables do");
       variable.passes_advance_run = passes(variable.name) || passes_advance_run(variable.name);
-      const Symbol symbol = symbols_.add_variable(variable, reader);
+      if (is_answered(variable.name)) {
+        if (reader.take_if("=")) read_initial_value(reader);
+        continue;
+      }
+      const bool is_hosts = is_system && list_.is_environment;
+      const Symbol symbol =
+          is_hosts ? symbols_.add_system(variable, reader) : symbols_.add_variable(variable, reader);
       if (reader.take_if("=")) initialise(symbol, variable.name, read_initial_value(reader));
     } while (reader.take_if(","));
     reader.expect_end();
+  }
+
+  /// Machine data and $config.dat of a real controller declare variables that begin with $.
+  bool declares_systems() const {
+    return list_.is_environment || symbols_.module_name(list_.module).starts_with('$');
+  }
+
+  /// What the controller itself declares, a file of a real one may declare again: its value is the host's.
+  bool is_answered(const std::string& name) const {
+    if (list_.is_environment) return false;
+    const auto symbol = symbols_.find_variable(name, list_.module);
+    return symbol && (symbol->storage == Storage::System ||
+                      (list_.is_partial && symbols_.is_environments(*symbol)));
   }
 
   /// SIGNAL GRIPPER $OUT[3]; SIGNAL WORD $IN[1] TO $IN[8]
@@ -141,8 +191,12 @@ class DataCompiler {
     reader.expect("SIGNAL");
     Signal signal{
         .name = reader.take_name("the name of the signal"), .module = list_.module, .is_global = is_global};
+    if (is_answered(signal.name)) return;
+    // SIGNAL $COLL_ALARM FALSE: nothing is connected.
+    if (reader.next_is("TRUE") || reader.next_is("FALSE")) return read_unconnected(signal, reader);
     signal.symbol = read_element(reader);
     if (reader.take_if("TO")) {
+      if (signal.symbol.type.kind != Kind::Bool) reader.fail("an analog signal has one element");
       const Symbol last = read_element(reader);
       constexpr std::int32_t kWord = 32;
       signal.symbol.bits = *last.element - *signal.symbol.element + 1;
@@ -153,12 +207,22 @@ class DataCompiler {
     symbols_.add_signal(std::move(signal), reader);
   }
 
+  void read_unconnected(const Signal& signal, TokenReader& reader) {
+    const Symbol symbol = symbols_.add_variable({.name = signal.name,
+                                                 .type = {Kind::Bool},
+                                                 .is_global = signal.is_global,
+                                                 .module = signal.module},
+                                                reader);
+    initialise(symbol, signal.name, read_initial_value(reader));
+    reader.expect_end();
+  }
+
   Symbol read_element(TokenReader& reader) {
     const std::string variable = reader.take_name("$IN[...] or $OUT[...]");
     auto symbol = symbols_.find_variable(variable, list_.module);
     const bool is_array = symbol && symbol->storage == Storage::System && symbol->type.sizes.size() == 1;
-    if (!is_array || symbol->type.kind != Kind::Bool)
-      reader.fail(variable + " is no array of BOOL of the controller");
+    if (!is_array || (symbol->type.kind != Kind::Bool && symbol->type.kind != Kind::Real))
+      reader.fail(variable + " is no array of BOOL or REAL of the controller");
     reader.expect("[");
     const Token element = reader.take();
     if (element.kind != TokenKind::Integer || element.integer < 1 || element.integer > symbol->type.sizes[0])
@@ -200,7 +264,7 @@ class DataCompiler {
   /// In a module EXT says only that the subprogram is elsewhere.
   void check_known(const std::string& name, const TokenReader& reader) const {
     if (!symbols_.find_external(name) && !symbols_.program.find_routine(name))
-      reader.fail("the subprogram " + name + " is not known");
+      reader.fail("EXT: no file that is loaded has the subprogram " + name);
   }
 
   const DataList& list_;
@@ -216,10 +280,16 @@ void collect_types(const DataList& list, Symbols& symbols) {
     const bool is_structure = declares_type(statement, "STRUC");
     if (!is_structure && !declares_type(statement, "ENUM")) continue;
     TokenReader reader(list.name, statement);
-    reader.take_if("GLOBAL");
-    reader.take();
-    is_structure ? read_structure(reader, symbols) : read_enumeration(reader, symbols);
-    reader.expect_end();
+    try {
+      reader.take_if("GLOBAL");
+      reader.take();
+      is_structure ? add_type(read_structure(reader, symbols), list, reader, symbols)
+                   : add_type(read_enumeration(reader), list, reader, symbols);
+      reader.expect_end();
+    } catch (const Fault& fault) {
+      if (!list.is_partial) throw;
+      symbols.refuse(fault);
+    }
   }
 }
 

@@ -16,6 +16,7 @@ struct DataList {
   int file = 0;
   bool is_environment = false;  ///< without DEFDAT and ENDDAT; all of it is known to all, and EXT declares
   bool is_global = false;       ///< all of its data is known to all modules
+  bool is_partial = false;      ///< as Source::is_partial
 };
 
 /// Adds the structures and enumerations, which other lists may use whatever their order. Throws Fault.

@@ -198,7 +198,7 @@ Value Evaluator::fetch(const Place& place) {
   Value value = look(place);
   // A text without characters is a text.
   if (!is_set(value) && !std::holds_alternative<std::string>(value))
-    fail("the variable " + describe(place) + " has no value");
+    throw Fault{.what = "the variable " + describe(place) + " has no value", .number = kNoValueError};
   return value;
 }
 

@@ -56,8 +56,10 @@ class ExpressionReader {
     Expression result{.kind = ExpressionKind::Call, .token = std::move(name)};
     reader_.expect("(");
     while (!reader_.next_is(")")) {
-      if (!result.parts.empty()) reader_.expect(",");
-      result.parts.push_back(expression());
+      const bool is_first = result.parts.empty();
+      if (!is_first) reader_.expect(",");
+      const bool is_omitted = reader_.next_is(",") || (!is_first && reader_.next_is(")"));
+      result.parts.push_back(is_omitted ? Expression{.kind = ExpressionKind::Omitted} : expression());
     }
     reader_.take();
     return result;
@@ -122,13 +124,26 @@ class ExpressionReader {
   Expression element(Expression array) {
     Expression result{.kind = ExpressionKind::Element, .token = reader_.take()};
     result.parts.push_back(std::move(array));
-    if (reader_.take_if("]")) {
+    // NAME[] and NAME[,]
+    std::size_t commas = 0;
+    while (reader_.peek(commas).is(",")) ++commas;
+    if (reader_.peek(commas).is("]")) {
+      for (std::size_t i = 0; i <= commas; ++i) reader_.take();
       result.kind = ExpressionKind::Whole;
       return result;
     }
-    do result.parts.push_back(expression());
-    while (reader_.take_if(","));
+    do {
+      // NAME[1,] is a row of an array of texts.
+      if (reader_.next_is("]") && result.parts.size() > 1) return whole(std::move(result));
+      result.parts.push_back(expression());
+    } while (reader_.take_if(","));
     reader_.expect("]");
+    return result;
+  }
+
+  Expression whole(Expression row) {
+    Expression result{.kind = ExpressionKind::Whole, .token = reader_.take()};
+    result.parts.push_back(std::move(row));
     return result;
   }
 

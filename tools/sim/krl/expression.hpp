@@ -15,6 +15,7 @@ enum class ExpressionKind {
   Whole,      ///< NAME[]; parts: the array
   Component,  ///< parts: the structure; token: the component
   Call,       ///< token: the name; parts: the arguments
+  Omitted,    ///< an argument that is left out: F(1,,2)
   Unary,      ///< token: the operator
   Binary,     ///< token: the operator
   Aggregate,  ///< {X 1,Y 2}; token: the type's name or empty; names and parts: the components

@@ -43,6 +43,8 @@ Type ExpressionCompiler::value(const Expression& expression) {
       return unary(expression);
     case ExpressionKind::Binary:
       return binary(expression);
+    case ExpressionKind::Omitted:
+      scope_.fail("a value is missing");
     case ExpressionKind::Aggregate:
       break;
   }
@@ -78,6 +80,10 @@ void ExpressionCompiler::convert(const Type& from, const Type& to, const std::st
     scope_.emit(Op::ToReal);
   } else if (from.is(Kind::Real) && to.is(Kind::Int)) {
     scope_.emit(Op::ToInt);
+  } else if (from.is(Kind::Char) && to.is(Kind::Int)) {
+    scope_.emit(Op::ToCode);
+  } else if (from.is(Kind::Int) && to.is(Kind::Char)) {
+    scope_.emit(Op::ToChar);
   } else if (from == to || (from.is_text() && to.is_text())) {
     return;
   } else if (both([&](const Type& t) { return is_frame(t); }) ||
@@ -231,7 +237,8 @@ void ExpressionCompiler::compared(const Expression& left, const Expression& righ
     scope_.fail(type_name(type) + " cannot be compared");
   if (needs_other_side(right)) return value_as(right, type, "the left side");
   const Type other = value(right);
-  if (type != other && !(type.is_number() && other.is_number()))
+  const auto is_code = [](const Type& t) { return t.is(Kind::Int) || t.is(Kind::Char); };
+  if (type != other && !(type.is_number() && other.is_number()) && !(is_code(type) && is_code(other)))
     scope_.fail(type_name(type) + " cannot be compared with " + type_name(other));
 }
 
@@ -278,6 +285,12 @@ void ExpressionCompiler::assign(const Expression& target, const Expression& sour
   while (root->kind != ExpressionKind::Name) root = &root->parts[0];
   if (scope_.variable(root->token.text).is_constant)
     scope_.fail(root->token.text + " is constant and cannot be set");
+  initialise(target, source);
+}
+
+void ExpressionCompiler::initialise(const Expression& target, const Expression& source) {
+  const Expression* root = &target;
+  while (root->kind != ExpressionKind::Name) root = &root->parts[0];
   const Type type = place(target);
   if (type.is_array() && target.kind != ExpressionKind::Whole)
     scope_.fail("an array as a whole is written with []");

@@ -22,6 +22,8 @@ class ExpressionCompiler {
   /// A call that stands alone: its result is dropped.
   void call_statement(const Expression& call);
   void assign(const Expression& target, const Expression& source);
+  /// The same in a data list, which gives constants their values too.
+  void initialise(const Expression& target, const Expression& source);
   /// The target of a motion: an aggregate without its type's name is one of axes where it names axes.
   Type target(const Expression& expression);
 
@@ -44,6 +46,7 @@ class ExpressionCompiler {
   Type call_external(const Expression& call, std::size_t index);
   [[noreturn]] void fail_aside(const Expression& call);
   void arguments(const Expression& call, const std::vector<Parameter>& parameters);
+  void omitted(const Parameter& parameter);
   void argument(const Expression& argument, const Parameter& parameter, const std::string& what);
   void out_argument(const Expression& argument, const Type& type, const std::string& what);
   Type absolute(const Expression& call);

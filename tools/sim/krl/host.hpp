@@ -49,6 +49,9 @@ struct Motion {
   std::vector<Motion> segments = {};       ///< of a spline block, which has no target itself
   std::vector<SwitchingPoint> switching = {};
   Approximation approximation = Approximation::None;
+  bool is_in_tool = false;                          ///< of a relative motion: along the axes of the tool
+  std::optional<double> time_percent;               ///< of a segment: TIME_BLOCK PART behind it
+  std::optional<double> time_s;                     ///< of a segment: TIME_BLOCK END behind it
   std::optional<FrameValues> tool, base;            ///< none where the program never set them
   std::array<int, 6> velocity_percent = {};         ///< $VEL_AXIS; 100 where it was never set
   std::array<int, 6> acceleration_percent = {};     ///< $ACC_AXIS; 100 where it was never set
@@ -108,6 +111,9 @@ class Host {
   virtual void go_on() = 0;
   /// Stops the arm and forgets all its motions, and a call that is not finished (RSI_MOVECORR).
   virtual void cancel() = 0;
+
+  /// An interrupt breaks into the program now: $AXIS_INT and $POS_INT are where the arm is.
+  virtual void interrupted() {}
 
   virtual void show(const Message& message) = 0;
 };

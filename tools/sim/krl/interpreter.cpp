@@ -49,6 +49,7 @@ void Interpreter::reset() {
   sent_.clear();
   triggers_.clear();
   switching_.clear();
+  cycles_.clear();
   evaluator_.operands.clear();
   evaluator_.locals.clear();
   fault_.reset();
@@ -78,12 +79,15 @@ void Interpreter::stop() {
 
 void Interpreter::run(Time now) {
   now_ = now;
+  end_pulses();
   if (state_ != ProgramState::Active) return;
   ++turn_;
-  try {
-    execute_turn();
-  } catch (Fault& fault) {
-    stop_by(std::move(fault));
+  while (true) {
+    try {
+      return execute_turn();
+    } catch (Fault& fault) {
+      if (!proceed_after_error(fault.number)) return stop_by(std::move(fault));
+    }
   }
 }
 
@@ -101,10 +105,13 @@ void Interpreter::execute_turn() {
 }
 
 std::optional<Time> Interpreter::next_change() const {
-  if (state_ != ProgramState::Active) return std::nullopt;
+  std::optional<Time> next;
+  for (const Pulse& pulse : pulses_) next = std::min(next.value_or(pulse.ends), pulse.ends);
+  if (state_ != ProgramState::Active) return next;
   if (is_hurried_) return now_ + kTurn;
   const Wait& wait = frames_.back().wait;
-  return wait.what == WaitFor::Moment ? std::optional{wait.until} : std::nullopt;
+  if (wait.what == WaitFor::Moment) next = std::min(next.value_or(wait.until), wait.until);
+  return next;
 }
 
 int Interpreter::line() const { return frames_.empty() ? 0 : program_.code[frames_.back().at].line; }
@@ -155,6 +162,7 @@ void Interpreter::control(const Instruction& instruction) {
   const auto a = static_cast<std::size_t>(instruction.a);
   switch (instruction.op) {
     case Op::Statement:
+      if (frame.proceeds > 0) --frame.proceeds;
       return look_at_interrupts();
     case Op::Jump:
       frame.at = a;
@@ -198,6 +206,15 @@ void Interpreter::control(const Instruction& instruction) {
       return switching_.push_back(pop_switching_point(program_.triggers[a]));
     case Op::Move:
       return move(program_.motions[a]);
+    case Op::Pulse:
+      return pulse();
+    case Op::Cycle:
+      return set_cycle(program_.cycles[a], evaluator_.pop_int());
+    case Op::Proceed:
+      frame.proceeds = 2;
+      return;
+    case Op::Refuse:
+      throw program_.refusals[a];
     case Op::Brake:
       return brake(instruction.a != 0);
     case Op::Resume:

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <expected>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -64,8 +65,15 @@ enum class InterpreterKind {
 /// Splines. A block is one motion, also of the advance run, and what WITH sets is in force for its motion or
 /// segment alone.
 ///
-/// What is not: IMPORT, BCO run and block selection, interrupts while the program is stopped, TIME_BLOCK,
-/// CONST_VEL and STOP WHEN PATH in splines.
+/// PULSE. The output is the opposite of its level once the time is over, whatever the program does.
+///
+/// $CYCFLAG. A cyclical flag is what its expression is at every statement and every run().
+///
+/// ON_ERROR_PROCEED. An error of the next statement ends that statement, and sets $ERR.NUMBER
+/// (Fault::number).
+///
+/// What is not: IMPORT, BCO run and block selection, interrupts while the program is stopped, CONST_VEL and
+/// STOP WHEN PATH in splines.
 class Interpreter {
  public:
   static constexpr int kInstructionsPerTurn = 1000;
@@ -122,6 +130,7 @@ class Interpreter {
     std::size_t operands = 0;  // of the frames below
     Wait wait = {};
     bool calls_again = false;  // the call of the host is not finished
+    int proceeds = 0;          // statements that begin until an error stops the program again
     std::optional<Interruption> interruption = {};
   };
   struct Interrupt {
@@ -136,6 +145,11 @@ class Interpreter {
     std::size_t action = 0;
     int priority = 0;
     bool is_switched = false;
+  };
+  struct Pulse {
+    Place output;
+    bool level = false;  // when it ends
+    Time ends{0};
   };
   /// What WITH sets.
   struct Setting {
@@ -190,6 +204,14 @@ class Interpreter {
   /// Behind an interrupt program. @return false while its own motions are made
   bool end_interruption();
 
+  // switching.cpp
+  void pulse();
+  void end_pulses();
+  void set_cycle(std::size_t cycle, int flag);
+  void set_cyclical_flags();
+  /// Goes on behind the statement in work. @return false where its error stops the program
+  bool proceed_after_error(int number);
+
   // triggers.cpp
   SwitchingPoint pop_switching_point(const TriggerShape& shape);
   void look_at_triggers();
@@ -207,6 +229,8 @@ class Interpreter {
   std::vector<Trigger> triggers_;
   std::vector<SwitchingPoint> switching_;  // of the motion that comes next
   std::vector<Setting> settings_;          // in force for the motion in work
+  std::vector<Pulse> pulses_;
+  std::map<int, std::size_t> cycles_;  // code of cyclical flags, by number
   std::uint64_t motions_ = 0, points_ = 0;
   std::uint64_t turn_ = 0;
   Time now_{0};

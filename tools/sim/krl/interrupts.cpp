@@ -31,7 +31,8 @@ Interpreter::Interrupt* Interpreter::effective(int priority) {
 
 void Interpreter::switch_interrupt(InterruptSwitch to, std::optional<int> priority) {
   if (priority && !effective(*priority))
-    throw Fault{.what = "the interrupt " + std::to_string(*priority) + " is not declared"};
+    throw Fault{.what = "the interrupt " + std::to_string(*priority) + " is not declared",
+                .number = kNoInterruptError};
   for (Interrupt& interrupt : interrupts_) {
     if (priority ? &interrupt != effective(*priority) : &interrupt != effective(interrupt.priority)) continue;
     switch (to) {
@@ -65,6 +66,7 @@ std::optional<std::size_t> Interpreter::interrupt_frame() const {
 }
 
 void Interpreter::look_at_interrupts() {
+  set_cyclical_flags();
   look_at_triggers();
   const auto running = interrupt_frame();
   int most = running ? frames_[*running].interruption->priority : std::numeric_limits<int>::max();
@@ -81,6 +83,7 @@ void Interpreter::look_at_interrupts() {
   }
   if (!next) return;
   next->is_pending = false;
+  host_.interrupted();
   fire(program_.interrupts[next->shape].call, {.priority = next->priority, .level = next->level});
 }
 

@@ -27,6 +27,7 @@ struct ProgramFile {
   std::string name;
   std::vector<Statement> statements;
   int module = 0;
+  bool is_partial = false;
 };
 
 class Loader {
@@ -38,14 +39,16 @@ class Loader {
     for (External& external : symbols_.program.externals)
       external.is_builtin = external.passes_advance_run = true;
     declare("the controller's declarations", environment_.declarations);
+    symbols_.end_environment();
     for (const Source& source : sources) sort_in(source);
     // What the whole controller knows comes first.
     std::ranges::stable_partition(lists_, &DataList::is_global);
     for (const DataList& list : lists_) collect_types(list, symbols_);
     std::vector<Body> bodies;
     for (const ProgramFile& file : files_)
-      std::ranges::move(scan_routines(file.name, file.statements, file.module, symbols_),
-                        std::back_inserter(bodies));
+      std::ranges::move(
+          scan_routines(file.name, file.statements, file.module, file.is_partial, symbols_),
+          std::back_inserter(bodies));
     for (const DataList& list : lists_) compile_data(list, symbols_, environment_.pass_advance_run);
     symbols_.program.code.push_back({Op::Done});
     for (const Body& body : bodies) BodyCompiler(body, symbols_).compile();
@@ -67,6 +70,15 @@ class Loader {
 
   void sort_in(const Source& source) {
     const FileName name = split(source.file);
+    try {
+      sort_in(source, name);
+    } catch (const Fault& fault) {
+      if (!source.is_partial) throw;
+      symbols_.refuse(fault, {name.module});
+    }
+  }
+
+  void sort_in(const Source& source, const FileName& name) {
     const int module = symbols_.module_of(name.module);
     std::vector<Statement> statements = cut_into_statements(source.file, source.text);
     if (name.extension == ".DAT") {
@@ -74,9 +86,10 @@ class Loader {
                         .statements = std::move(statements),
                         .module = module,
                         .file = symbols_.add_file(source.file),
-                        .is_global = name.module.starts_with('$')});
+                        .is_global = name.module.starts_with('$'),
+                        .is_partial = source.is_partial});
     } else if (name.extension == ".SRC" || name.extension == ".SUB") {
-      files_.push_back({source.file, std::move(statements), module});
+      files_.push_back({source.file, std::move(statements), module, source.is_partial});
     } else {
       throw Fault{source.file, 0, "a file of KRL ends in .src, .sub or .dat"};
     }

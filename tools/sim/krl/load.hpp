@@ -15,6 +15,9 @@ namespace truepose::sim::krl {
 struct Source {
   std::string file;
   std::string text;
+  /// A statement that is not known stops the program where it comes to it, and a declaration that is not known
+  /// declares nothing. Else it keeps everything from being loaded.
+  bool is_partial = false;
 };
 
 /// What the controller has beside the modules and what standard.hpp declares. The host answers for all of it,
@@ -28,7 +31,8 @@ struct Environment {
   std::vector<std::string> pass_advance_run = {};
 };
 
-/// Compiles all modules. Errors: the first that is found, with file and line.
+/// Compiles all modules. What is not known of partial sources is in Program::refusals.
+/// Errors: the first that is found in another source, with file and line.
 std::expected<Program, Fault> load(const Environment& environment, std::span<const Source> sources);
 
 }  // namespace truepose::sim::krl

@@ -58,6 +58,12 @@ void BodyCompiler::read_target(TokenReader& reader, const std::string& word, Mot
   const bool goes_by_axes =
       is_axes(motion.target) || (motion.kind == MotionKind::Circ && is_axes(motion.via));
   if (is_on_path && goes_by_axes) scope_.fail(word + " goes to a position or frame, not to axes");
+  if ((motion.kind == MotionKind::PtpRel || motion.kind == MotionKind::LinRel) &&
+      reader.peek().kind == TokenKind::Literal) {
+    const std::string frame = reader.take().text;
+    if (frame != "TOOL" && frame != "BASE") reader.fail("#BASE or #TOOL is expected instead of #" + frame);
+    motion.is_in_tool = frame == "TOOL";
+  }
   if (motion.kind == MotionKind::Circ && reader.take_if(",")) {
     reader.expect("CA");
     expressions_.value_as(read_expression(reader), {Kind::Real}, "the angle CA");
@@ -66,7 +72,7 @@ void BodyCompiler::read_target(TokenReader& reader, const std::string& word, Mot
 }
 
 Approximation BodyCompiler::read_approximation(TokenReader& reader, bool is_spline) {
-  if (is_spline) return reader.take_if("C_SPL") ? Approximation::Spl : Approximation::None;
+  if (is_spline && reader.take_if("C_SPL")) return Approximation::Spl;
   Approximation first = Approximation::None;
   for (int i = 0; i < 2 && !reader.at_end(); ++i) {
     const auto approximation = kApproximations.find(reader.peek().text);
@@ -75,7 +81,8 @@ Approximation BodyCompiler::read_approximation(TokenReader& reader, bool is_spli
     // PTP ... C_PTP C_DIS: the second is for the change to a path, with which the first begins.
     if (i == 0) first = approximation->second;
   }
-  return first;
+  // Programs of KSS 8.6 write SLIN ... C_DIS: a spline motion knows one approximation alone.
+  return is_spline && first != Approximation::None ? Approximation::Spl : first;
 }
 
 void BodyCompiler::compile_wait(TokenReader& reader) {
@@ -132,6 +139,7 @@ void BodyCompiler::call_beside(TokenReader& reader) {
   const Expression call = read_call(reader, name);
   const std::vector<LocalName> locals = std::exchange(scope_.locals, {});
   expressions_.call_statement(call);
+  if (!scope_.locals.empty()) scope_.fail("a call here leaves out no parameter that is OUT");
   scope_.locals = locals;
   scope_.emit(Op::Return);
 }

@@ -62,8 +62,11 @@ void Interpreter::move(const MotionShape& shape) {
 /// What stands on the stack, the last first.
 Motion Interpreter::popped(const MotionShape& shape) {
   const std::size_t around = settings_.size();
+  Motion motion{
+      .kind = shape.kind, .approximation = shape.approximation, .is_in_tool = shape.is_in_tool};
+  if (shape.ends_time) motion.time_s = number_of(evaluator_.pop());
+  if (shape.ends_part) motion.time_percent = number_of(evaluator_.pop());
   pop_settings(shape.settings);
-  Motion motion{.kind = shape.kind, .approximation = shape.approximation};
   take_variables(motion);
   if (shape.segments.empty()) pop_target(shape, motion);
   for (const MotionShape& segment : shape.segments | std::views::reverse)

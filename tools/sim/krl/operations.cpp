@@ -71,10 +71,23 @@ bool compares(Op op, const T& left, const T& right) {
   }
 }
 
+/// Of a CHAR: the controller's characters are Latin-1.
+std::int32_t code_of(const Value& value) { return static_cast<unsigned char>(std::get<char>(value)); }
+
+/// A number, or the code of a character.
+double ordinal_of(const Value& value) {
+  return std::holds_alternative<char>(value) ? code_of(value) : number_of(value);
+}
+
+char to_char(std::int32_t code) {
+  constexpr std::int32_t kLast = 255;
+  if (code < 0 || code > kLast) refuse("the number is no character (0 to 255)");
+  return static_cast<char>(static_cast<unsigned char>(code));
+}
+
 bool comparison_holds(Op op, const Value& left, const Value& right) {
-  if (is_number(left)) return compares(op, number_of(left), number_of(right));
-  if (const auto* character = std::get_if<char>(&left))
-    return compares(op, *character, std::get<char>(right));
+  if (is_number(left) || std::holds_alternative<char>(left))
+    return compares(op, ordinal_of(left), ordinal_of(right));
   if (const auto* truth = std::get_if<bool>(&left)) return compares(op, *truth, std::get<bool>(right));
   return compares(op, std::get<Literal>(left).name, std::get<Literal>(right).name);
 }
@@ -93,6 +106,12 @@ bool operate_on_one(const Instruction& instruction, const Program& program, Eval
       return true;
     case Op::ToInt:
       evaluator.push(to_int(number_of(evaluator.pop())));
+      return true;
+    case Op::ToCode:
+      evaluator.push(code_of(evaluator.pop()));
+      return true;
+    case Op::ToChar:
+      evaluator.push(to_char(evaluator.pop_int()));
       return true;
     case Op::Negate: {
       const Value value = evaluator.pop();

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/sim/krl/fault.hpp"
 #include "tools/sim/krl/type.hpp"
 
 namespace truepose::sim::krl {
@@ -25,6 +26,8 @@ enum class Op : std::uint8_t {
   Store,    ///< place, value ->
   ToReal,   ///< number -> REAL
   ToInt,    ///< number -> INT
+  ToCode,   ///< CHAR -> INT
+  ToChar,   ///< INT -> CHAR
   Reshape,  ///< structure of type a -> structure of type b, by the names of its components
   Gather,   ///< values -> structure of type a with the components of shape b
   Drop,     ///< value ->
@@ -66,8 +69,12 @@ enum class Op : std::uint8_t {
   WaitFor,       ///< BOOL ->; back to a where it is FALSE
   WaitSec,       ///< number ->
   Halt,
+  Refuse,   ///< stops the program: what refusals[a] says
   Trigger,  ///< path, delay and, of a call, priority ->; trigger a
   Move,     ///< what motion a takes with it ->
+  Pulse,    ///< place of a BOOL, BOOL, number ->
+  Cycle,    ///< INT ->; from now on $CYCFLAG of that number is what cycles[a] computes
+  Proceed,  ///< an error of the next statement does not stop the program
   Brake,    ///< a: with all force
   Resume,
   DeclareInterrupt,  ///< INT ->; declaration a
@@ -146,13 +153,16 @@ struct TriggerShape {
 };
 
 /// Its operands stand in this order: what its triggers need, the segments, the auxiliary point, the target,
-/// the angle, and a place and a value for each setting.
+/// the angle, a place and a value for each setting, and the times of TIME_BLOCK.
 struct MotionShape {
   MotionKind kind = MotionKind::Ptp;
   Type target;
   Type via;
   bool has_angle = false;    ///< CA
   std::size_t settings = 0;  ///< of WITH
+  bool is_in_tool = false;   ///< of a relative motion: #TOOL
+  bool ends_part = false;    ///< of a segment: TIME_BLOCK PART behind it
+  bool ends_time = false;    ///< of a segment: TIME_BLOCK END behind it
   Approximation approximation = Approximation::None;
   std::vector<TriggerShape> triggers = {};  ///< of a segment
   std::vector<MotionShape> segments = {};   ///< of a block
@@ -174,10 +184,12 @@ struct Program {
   std::vector<MotionShape> motions;
   std::vector<TriggerShape> triggers;  ///< outside of spline blocks
   std::vector<InterruptShape> interrupts;
+  std::vector<std::size_t> cycles;  ///< code of cyclical flags; ends with Done
   std::vector<Routine> routines;
   std::vector<External> externals;
   std::vector<Variable> globals;
   std::vector<Variable> systems;
+  std::vector<Fault> refusals;  ///< of partial sources: what is not known of them
   std::size_t initial_values = 0;  ///< code that sets the module data
 
   /// @param name  in capitals. @return the first of that name in any module, one that is global before others

@@ -33,8 +33,14 @@ Symbol Scope::variable(const std::string& name) const {
     return {Storage::Local, static_cast<std::size_t>(local - locals.begin()), local->type, false, true};
   }
   const auto symbol = symbols.find_variable(name, module);
-  if (!symbol) fail("the name " + name + " is not known");
+  if (!symbol) fail("the name " + name + " is not known" + symbols.why_unknown(name));
   return *symbol;
+}
+
+void Scope::refuse(std::size_t before, const Fault& fault) {
+  symbols.program.code.resize(before);
+  emit(Op::Refuse, symbols.program.refusals.size());
+  symbols.refuse(fault);
 }
 
 void Scope::fail(const std::string& what) const {

@@ -42,6 +42,8 @@ struct Scope {
   Symbol variable(const std::string& name) const;
   Types& types() const { return symbols.program.types; }
   [[noreturn]] void fail(const std::string& what) const;
+  /// Takes back the code from `before` on: what stands there is not known, and stops the program.
+  void refuse(std::size_t before, const Fault& fault);
 };
 
 }  // namespace truepose::sim::krl

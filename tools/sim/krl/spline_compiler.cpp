@@ -15,6 +15,19 @@ bool belongs(std::string_view segment, MotionKind block) {
 }  // namespace
 
 void BodyCompiler::compile_spline(TokenReader& reader) {
+  if (!body_.is_partial) return compile_block(reader);
+  const std::size_t before = scope_.here(), first = at_;
+  try {
+    compile_block(reader);
+  } catch (const Fault& fault) {
+    for (at_ = first; !at_end() && !next_begins_with("ENDSPLINE");) ++at_;
+    if (at_end()) throw;
+    ++at_;
+    scope_.refuse(before, fault);
+  }
+}
+
+void BodyCompiler::compile_block(TokenReader& reader) {
   const Statement& opened = body_.statements[at_ - 1];
   const Token word = reader.take();
   const std::vector<Setting> settings = read_with(reader);
@@ -33,7 +46,7 @@ void BodyCompiler::compile_spline(TokenReader& reader) {
 }
 
 std::vector<MotionShape> BodyCompiler::segments(MotionKind block, const Statement& opened) {
-  const std::string takes = block == MotionKind::Spline ? "SPLINE takes SPL, SLIN, SCIRC and TRIGGER"
+  const std::string takes = block == MotionKind::Spline ? "SPLINE takes SPL, SLIN, SCIRC, TRIGGER and TIME_BLOCK"
                                                         : "PTP_SPLINE takes SPTP and TRIGGER";
   std::vector<MotionShape> segments;
   std::vector<TriggerShape> triggers;
@@ -44,6 +57,8 @@ std::vector<MotionShape> BodyCompiler::segments(MotionKind block, const Statemen
     TokenReader reader(body_.file, statement);
     if (reader.next_is("TRIGGER")) {
       triggers.push_back(read_trigger(reader, true));
+    } else if (reader.next_is("TIME_BLOCK") && block == MotionKind::Spline) {
+      read_time(reader, segments);
     } else if (belongs(reader.peek().text, block)) {
       segments.push_back(read_motion(reader));
       segments.back().triggers = std::exchange(triggers, {});
@@ -55,6 +70,20 @@ std::vector<MotionShape> BodyCompiler::segments(MotionKind block, const Statemen
   if (segments.empty() || !triggers.empty())
     throw Fault{body_.file, body_.statements[at_].line, "a segment is expected before ENDSPLINE"};
   return segments;
+}
+
+/// TIME_BLOCK START, PART=percent, END=seconds: how long which segments take.
+void BodyCompiler::read_time(TokenReader& reader, std::vector<MotionShape>& segments) {
+  reader.expect("TIME_BLOCK");
+  if (reader.take_if("START")) return;
+  const bool is_part = reader.take_if("PART");
+  if (!is_part && !reader.take_if("END")) reader.fail("START, PART or END is expected behind TIME_BLOCK");
+  if (segments.empty()) reader.fail("TIME_BLOCK stands behind the segments that it is about");
+  reader.expect("=");
+  expressions_.value_as(read_expression(reader), {Kind::Real}, "the time of TIME_BLOCK");
+  bool& ends = is_part ? segments.back().ends_part : segments.back().ends_time;
+  if (ends || segments.back().ends_time) reader.fail("TIME_BLOCK END comes once, behind all parts");
+  ends = true;
 }
 
 std::vector<BodyCompiler::Setting> BodyCompiler::read_with(TokenReader& reader) {

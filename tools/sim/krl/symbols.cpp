@@ -22,10 +22,10 @@ constexpr auto kKeywords = std::to_array<std::string_view>(
      "SIGNAL",  "SLIN",       "SLIN_REL",  "SPL",      "SPLINE", "SPTP",   "SPTP_REL", "STRUC",
      "SWITCH",  "THEN",       "TRIGGER",   "TRUE",     "UNTIL",  "WAIT"});
 
-template <typename T>
-std::optional<std::size_t> index_of_name(const std::vector<T>& all, std::string_view name) {
-  const auto at = std::ranges::find(all, name, &T::name);
-  return at == all.end() ? std::nullopt : std::optional{static_cast<std::size_t>(at - all.begin())};
+const std::vector<std::size_t>& slots_of(const auto& slots, std::string_view name) {
+  static const std::vector<std::size_t> kNone;
+  const auto at = slots.find(std::string{name});
+  return at == slots.end() ? kNone : at->second;
 }
 
 }  // namespace
@@ -53,18 +53,19 @@ int Symbols::add_file(const std::string& file) {
 }
 
 std::optional<Symbol> Symbols::find_variable(std::string_view name, int module) const {
-  if (const auto slot = index_of_name(program.systems, name)) {
-    const Variable& variable = program.systems[*slot];
-    return Symbol{Storage::System, *slot, variable.type, variable.is_constant, variable.passes_advance_run};
+  for (const std::size_t slot : slots_of(systems_, name)) {
+    const Variable& variable = program.systems[slot];
+    return Symbol{Storage::System, slot, variable.type, variable.is_constant, variable.passes_advance_run};
   }
   std::optional<Symbol> found;
-  for (const Signal& signal : signals_) {
-    if (signal.name == name && (signal.module == module || signal.is_global)) found = signal.symbol;
+  for (const std::size_t slot : slots_of(signals_of_, name)) {
+    const Signal& signal = signals_[slot];
+    if (signal.module == module || signal.is_global) found = signal.symbol;
   }
-  for (std::size_t slot = 0; slot < program.globals.size(); ++slot) {
+  for (const std::size_t slot : slots_of(globals_, name)) {
     const Variable& variable = program.globals[slot];
     const bool is_own = variable.module == module;
-    if (variable.name != name || (!is_own && !variable.is_global)) continue;
+    if (!is_own && !variable.is_global) continue;
     found = Symbol{Storage::Global, slot, variable.type, variable.is_constant, true};
     if (is_own) break;
   }
@@ -73,63 +74,87 @@ std::optional<Symbol> Symbols::find_variable(std::string_view name, int module) 
 
 std::optional<std::size_t> Symbols::find_routine(std::string_view name, int module) const {
   std::optional<std::size_t> found;
-  for (std::size_t i = 0; i < program.routines.size(); ++i) {
-    const Routine& routine = program.routines[i];
+  for (const std::size_t slot : slots_of(routines_, name)) {
+    const Routine& routine = program.routines[slot];
     const bool is_own = routine.module == module;
-    if (routine.name != name || (!is_own && !routine.is_global)) continue;
-    found = i;
+    if (!is_own && !routine.is_global) continue;
+    found = slot;
     if (is_own) break;
   }
   return found;
 }
 
 std::optional<std::size_t> Symbols::find_external(std::string_view name) const {
-  return index_of_name(program.externals, name);
+  const std::vector<std::size_t>& slots = slots_of(externals_, name);
+  return slots.empty() ? std::nullopt : std::optional{slots[0]};
 }
 
 Symbol Symbols::add_variable(const Variable& variable, const TokenReader& reader) {
   check_new_name(variable.name, reader);
-  if (variable.name.starts_with('$')) {
-    if (index_of_name(program.systems, variable.name)) reader.fail(variable.name + " is declared twice");
-    program.systems.push_back(variable);
-  } else {
-    for (const Variable& other : program.globals) {
-      const bool meets = other.module == variable.module || (other.is_global && variable.is_global);
-      if (other.name == variable.name && meets) reader.fail(variable.name + " is declared twice");
-    }
-    program.globals.push_back(variable);
+  for (const std::size_t slot : slots_of(globals_, variable.name)) {
+    const Variable& other = program.globals[slot];
+    const bool meets = other.module == variable.module || (other.is_global && variable.is_global);
+    if (meets) reader.fail(variable.name + " is declared twice");
   }
+  globals_[variable.name].push_back(program.globals.size());
+  program.globals.push_back(variable);
+  return *find_variable(variable.name, variable.module);
+}
+
+Symbol Symbols::add_system(const Variable& variable, const TokenReader& reader) {
+  check_new_name(variable.name, reader);
+  if (systems_.contains(variable.name)) reader.fail(variable.name + " is declared twice");
+  systems_[variable.name].push_back(program.systems.size());
+  program.systems.push_back(variable);
   return *find_variable(variable.name, variable.module);
 }
 
 void Symbols::add_signal(Signal signal, const TokenReader& reader) {
   check_new_name(signal.name, reader);
   if (find_variable(signal.name, signal.module)) reader.fail(signal.name + " is declared twice");
+  signals_of_[signal.name].push_back(signals_.size());
   signals_.push_back(std::move(signal));
 }
 
 void Symbols::add_routine(Routine routine) {
-  for (const Routine& other : program.routines) {
+  for (const std::size_t slot : slots_of(routines_, routine.name)) {
+    const Routine& other = program.routines[slot];
     const bool meets = other.module == routine.module || (other.is_global && routine.is_global);
-    if (other.name == routine.name && meets)
+    if (meets)
       throw Fault{program.files[static_cast<std::size_t>(routine.file)], routine.line,
                   "the subprogram " + routine.name + " is declared twice"};
   }
+  routines_[routine.name].push_back(program.routines.size());
   program.routines.push_back(std::move(routine));
+}
+
+void Symbols::add_external(External external) {
+  externals_[external.name].push_back(program.externals.size());
+  program.externals.push_back(std::move(external));
+}
+
+void Symbols::refuse(const Fault& fault, const std::vector<std::string>& names) {
+  program.refusals.push_back(fault);
+  for (const std::string& name : names) refused_.emplace(name, fault);
+}
+
+std::string Symbols::why_unknown(const std::string& name) const {
+  const auto refused = refused_.find(name);
+  return refused == refused_.end() ? "" : " (" + refused->second.text() + ")";
 }
 
 void Symbols::check_new_name(const std::string& name, const TokenReader& reader) const {
   if (std::ranges::find(kKeywords, name) != kKeywords.end())
     reader.fail(name + " is a word of KRL and cannot be a name");
-  if (program.types.find(name)) reader.fail(name + " is the name of a type and cannot be another name");
   if (name.size() > kLongestName)
     reader.fail(name + " has more than " + std::to_string(kLongestName) + " characters");
 }
 
 void read_sizes(TokenReader& reader, const Types& types, Type& type) {
   if (!reader.take_if("[")) return;
-  if (reader.next_is("]")) {
-    type.sizes.push_back(0);
+  if (reader.next_is("]") || reader.next_is(",")) {
+    do type.sizes.push_back(0);
+    while (reader.take_if(","));
   } else {
     do {
       const Token size = reader.take();

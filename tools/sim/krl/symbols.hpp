@@ -1,9 +1,9 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "tools/sim/krl/program.hpp"
@@ -39,6 +39,13 @@ class Symbols {
 
   /// @param name  of a file without its extension, in capitals
   int module_of(const std::string& name);
+  /// What was added so far is the environment's.
+  void end_environment() {
+    environment_globals_ = program.globals.size();
+  }
+  bool is_environments(const Symbol& symbol) const {
+    return symbol.storage == Storage::Global && symbol.slot < environment_globals_;
+  }
   const std::string& module_name(int module) const { return modules_[static_cast<std::size_t>(module)]; }
   int add_file(const std::string& file);
 
@@ -46,20 +53,31 @@ class Symbols {
   std::optional<std::size_t> find_routine(std::string_view name, int module) const;
   std::optional<std::size_t> find_external(std::string_view name) const;
 
-  /// Adds a module variable or, where its name begins with $, a system variable. @return its symbol
-  /// Errors: the name is taken.
+  /// Adds a module variable. Errors: the name is taken.
   Symbol add_variable(const Variable& variable, const TokenReader& reader);
+  /// Adds a variable for which the host answers. Errors: the name is taken.
+  Symbol add_system(const Variable& variable, const TokenReader& reader);
   void add_routine(Routine routine);
   /// Errors: the name is taken.
   void add_signal(Signal signal, const TokenReader& reader);
-  void add_external(External external) { program.externals.push_back(std::move(external)); }
+  void add_external(External external);
 
   /// Fails where a variable, parameter or subprogram must not be called so.
   void check_new_name(const std::string& name, const TokenReader& reader) const;
 
+  /// Notes what is not known of a partial source. @param names  what it would have declared, in capitals
+  void refuse(const Fault& fault, const std::vector<std::string>& names = {});
+  /// Why a name is not known: " (sps.sub:12: ...)"; empty where no partial source would have declared it.
+  std::string why_unknown(const std::string& name) const;
+
  private:
+  using Slots = std::unordered_map<std::string, std::vector<std::size_t>>;
+
   std::vector<std::string> modules_;
   std::vector<Signal> signals_;
+  std::size_t environment_globals_ = 0;
+  Slots systems_, globals_, signals_of_, routines_, externals_;  // by name
+  std::unordered_map<std::string, Fault> refused_;               // by name
 };
 
 /// Reads the sizes behind a declared name: [3,4], [] or none. Errors: a size below 1 or a variable too great.

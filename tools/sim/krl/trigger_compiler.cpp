@@ -21,7 +21,7 @@ TriggerShape BodyCompiler::read_trigger(TokenReader& reader, bool in_spline) {
   reader.expect("DO");
   const std::size_t over = scope_.emit(Op::Jump);
   trigger.action = scope_.here();
-  trigger.is_call = reader.peek(1).is("(");
+  trigger.is_call = reader.peek(1).is("(") && !reader.next_is("PULSE");
   trigger.is_call ? call_beside(reader) : set_beside(reader);
   scope_.land(over);
   if (!trigger.is_call) return trigger;
@@ -33,9 +33,13 @@ TriggerShape BodyCompiler::read_trigger(TokenReader& reader, bool in_spline) {
 
 void BodyCompiler::set_beside(TokenReader& reader) {
   scope_.aside = "trigger";
-  const Expression variable = read_variable(reader);
-  reader.expect("=");
-  expressions_.assign(variable, read_expression(reader));
+  if (reader.next_is("PULSE")) {
+    read_pulse(reader);
+  } else {
+    const Expression variable = read_variable(reader);
+    reader.expect("=");
+    expressions_.assign(variable, read_expression(reader));
+  }
   scope_.aside = {};
   scope_.emit(Op::Return);
 }

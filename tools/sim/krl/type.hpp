@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -36,12 +37,14 @@ struct Type {
 struct Field {
   std::string name;
   Type type;
+  bool operator==(const Field&) const = default;
 };
 
 struct Structure {
   std::string name;
   std::vector<Field> fields;
 
+  bool operator==(const Structure&) const = default;
   std::optional<int> find(std::string_view field) const;
 };
 
@@ -49,6 +52,7 @@ struct Enumeration {
   std::string name;
   std::vector<std::string> literals;
 
+  bool operator==(const Enumeration&) const = default;
   bool has(std::string_view literal) const;
 };
 
@@ -58,6 +62,9 @@ class Types {
   /// @pre the name is new
   void add(Structure structure) { structures_.push_back(std::move(structure)); }
   void add(Enumeration enumeration) { enumerations_.push_back(std::move(enumeration)); }
+  /// Whether this very type is known.
+  bool has(const Structure& structure) const { return std::ranges::count(structures_, structure) > 0; }
+  bool has(const Enumeration& enumeration) const { return std::ranges::count(enumerations_, enumeration) > 0; }
 
   /// @param name  in capitals
   std::optional<Type> find(std::string_view name) const;

@@ -12,6 +12,13 @@ std::string key(std::string_view name, std::optional<int> index) {
   return std::string(name) + (index ? "[" + std::to_string(*index) + "]" : "");
 }
 
+/// Of $config.dat and bas.src, for which the test answers.
+const std::string kBasis = R"krl(
+ENUM BAS_COMMAND INITMOV,ACC_CP,ACC_PTP,VEL_CP,VEL_PTP,TOOL,BASE,PTP_PARAMS,CP_PARAMS
+EXT BAS(BAS_COMMAND:IN,REAL:IN)
+EXT IR_STOPM()
+)krl";
+
 Program loaded(const std::vector<Source>& sources, const std::string& declarations,
                std::vector<std::string> pass_advance_run) {
   Environment environment = cell(declarations);
@@ -24,7 +31,7 @@ Program loaded(const std::vector<Source>& sources, const std::string& declaratio
 }  // namespace
 
 Environment cell(const std::string& declarations) {
-  return {.declarations = std::string{controller_declarations()} + declarations};
+  return {.declarations = std::string{controller_declarations()} + kBasis + declarations};
 }
 
 Value FakeHost::read(std::string_view name, std::optional<int> index) {

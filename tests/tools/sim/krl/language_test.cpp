@@ -127,7 +127,7 @@ TEST(Variables, MayBeOtherNamesOfInputsAndOutputs) {
   Bench bench(program_of("GRIPPER=NOT READY", "SIGNAL GRIPPER $OUT[3]\nSIGNAL READY $IN[4]"));
   bench.start("P");
   EXPECT_TRUE(std::get<bool>(bench.host.variables.at("$OUT[3]")));
-  EXPECT_EQ(load_error(program_of("", "SIGNAL FAR $IN[4097]")), "p.dat:2: the number of $IN is 1 to 4096");
+  EXPECT_EQ(load_error(program_of("", "SIGNAL FAR $IN[8193]")), "p.dat:2: the number of $IN is 1 to 8192");
 }
 
 TEST(Variables, MayBeNumbersOfSeveralInputsAndOutputs) {
@@ -156,7 +156,7 @@ TEST(Variables, OfSeveralInputsStandInOneArrayInOrder) {
   for (const std::string ends : {"$IN[8] TO $IN[1]", "$IN[1] TO $OUT[8]", "$IN[1] TO $IN[33]"})
     EXPECT_EQ(load_error(program_of("", "SIGNAL WORD " + ends)), why) << ends;
   EXPECT_EQ(load_error(program_of("", "SIGNAL WORD $TIMER[1] TO $TIMER[2]")),
-            "p.dat:2: $TIMER is no array of BOOL of the controller");
+            "p.dat:2: $TIMER is no array of BOOL or REAL of the controller");
 }
 
 TEST(Variables, TellTheirState) {
@@ -305,6 +305,55 @@ TEST(Loops, WithoutAWaitLetTimePassAndTheOthersRun) {
   EXPECT_EQ(interpreter.state(), ProgramState::Active);
   Bench empty(program_of("LOOP\nENDLOOP"));
   EXPECT_EQ(empty.start("P").state(), ProgramState::Active);
+}
+
+TEST(Calls, LeaveOutParametersAsKukasMsgLibDoes) {
+  const std::string sub =
+      "DEF SUB(A:IN,B:IN,C:OUT)\nINT A,B,C\nIF VARSTATE(\"A\")==#INITIALIZED THEN\nN=N+1\nENDIF\n"
+      "IF VARSTATE(\"B\")==#INITIALIZED THEN\nN=N+10\nENDIF\nC=5\nEND\n";
+  Bench bench(program_of("SUB(1,,I)\nSUB(,2)\nSUB(1)\nSUB()", "DECL INT N=0\nDECL INT I=0", sub));
+  bench.start("P");
+  EXPECT_EQ(bench.interpreters[0].state(), ProgramState::Ended);
+  EXPECT_EQ(bench.integer("N"), 12);
+  EXPECT_EQ(bench.integer("I"), 5);
+}
+
+TEST(Arrays, OfTextsAreSetByRowAndHandedOverWhole) {
+  Bench bench(program_of("N=STRLEN(NAMES[2,])\nSUB(M[,])",
+                         "DECL CHAR NAMES[3,24]\nNAMES[2,]=\"gripper\"\nDECL INT N=0\nDECL INT M[2,2]",
+                         "DEF SUB(T[,]:OUT)\nINT T[,]\nT[2,1]=7\nN=N+T[2,1]\nEND\n"));
+  bench.start("P");
+  EXPECT_EQ(bench.integer("N"), 14);
+}
+
+TEST(Functions, ReturnTexts) {
+  Bench bench(program_of(
+      "N=STRLEN(NAME(TRUE))", "DECL INT N=0",
+      "DEFFCT CHAR[32] NAME(LONG:IN)\nBOOL LONG\nCHAR T[32]\nT[]=\"spindle\"\nRETURN T[]\nENDFCT\n"));
+  bench.start("P");
+  EXPECT_EQ(bench.integer("N"), 7);
+}
+
+TEST(Characters, AreTheirCodes) {
+  Bench bench(
+      program_of("N=T[1]\nT[2]=N+1\nB=T[2]>66", "DECL CHAR T[2]\nT[]=\"A\"\nDECL INT N=0\nDECL BOOL B=TRUE"));
+  bench.start("P");
+  EXPECT_EQ(bench.integer("N"), 65);
+  EXPECT_EQ(bench.variable("B"), Value{false});
+  Bench wrong(program_of("T[1]=N", "DECL CHAR T[2]\nDECL INT N=300"));
+  EXPECT_EQ(wrong.start("P").fault().value().text(), "p.src:2: the number is no character (0 to 255)");
+}
+
+TEST(RelativeMotions, GoAlongTheBaseOrTheTool) {
+  Bench bench(
+      program_of("LIN_REL {X 10} #TOOL\nLIN_REL {X 10}#BASE C_DIS\nPTP_REL {Z 5} #BASE\nLIN_REL {X 10}"));
+  bench.start("P");
+  bench.run_until_quiet();
+  ASSERT_EQ(bench.host.moved.size(), 4u);
+  EXPECT_TRUE(bench.host.moved[0].is_in_tool);
+  for (std::size_t i = 1; i < 4; ++i) EXPECT_FALSE(bench.host.moved[i].is_in_tool) << i;
+  EXPECT_EQ(load_error(program_of("LIN_REL {X 1} #WORLD")),
+            "p.src:2: #BASE or #TOOL is expected instead of #WORLD");
 }
 
 }  // namespace

@@ -94,17 +94,41 @@ TEST(With, SetsWhatMotionsTakeWithThem) {
   EXPECT_EQ(spline_error("SLIN Q WITH I=1"),
             "p.src:2: WITH sets what motions take with them, such as $VEL.CP, not I");
   EXPECT_EQ(spline_error("SLIN Q WITH $VEL_AXIS[]=1"), "p.src:2: WITH sets one element of $VEL_AXIS");
-  EXPECT_EQ(spline_error("SLIN Q WITH $GEAR_JERK[1]=50"), "p.src:2: the name $GEAR_JERK is not known");
+  EXPECT_EQ(spline_error("SLIN Q WITH $NO_SUCH[1]=50"), "p.src:2: the name $NO_SUCH is not known");
   EXPECT_EQ(spline_error("LIN Q WITH $VEL.CP=1"), "p.src:2: the end of the line is expected before WITH");
   Bench bench = splined("I=9\nSPTP Q WITH $VEL_AXIS[I]=1");
   EXPECT_THAT(bench.interpreters[0].fault().value().text(), HasSubstr("the index 9 lies outside"));
 }
 
+TEST(Splines, TakeTheTimesOfTheirPartsAlong) {
+  const Bench bench = splined(
+      "SPLINE\nTIME_BLOCK START\nSPL Q\nTIME_BLOCK PART=30.5\nSPL R\nSPL Q\nTIME_BLOCK PART=69.5\n"
+      "TIME_BLOCK END=2+2\nENDSPLINE");
+  const Motion& block = bench.host.moved.at(0);
+  EXPECT_EQ(block.segments[0].time_percent, 30.5);
+  EXPECT_FALSE(block.segments[1].time_percent);
+  EXPECT_EQ(block.segments[2].time_percent, 69.5);
+  EXPECT_EQ(block.segments[2].time_s, 4);
+  EXPECT_EQ(spline_error("SPLINE\nSPL Q\nTIME_BLOCK STOP\nENDSPLINE"),
+            "p.src:4: START, PART or END is expected behind TIME_BLOCK");
+  EXPECT_EQ(spline_error("SPLINE\nTIME_BLOCK PART=50\nSPL Q\nENDSPLINE"),
+            "p.src:3: TIME_BLOCK stands behind the segments that it is about");
+  EXPECT_EQ(spline_error("SPLINE\nSPL Q\nTIME_BLOCK END=5\nTIME_BLOCK PART=50\nENDSPLINE"),
+            "p.src:5: TIME_BLOCK END comes once, behind all parts");
+}
+
+TEST(Splines, AreApproximatedWhateverStandsBehindThem) {
+  const Bench bench = splined("SLIN Q C_DIS\nSPTP R C_PTP\nSLIN Q");
+  EXPECT_EQ(bench.host.moved.at(0).approximation, Approximation::Spl);
+  EXPECT_EQ(bench.host.moved.at(1).approximation, Approximation::Spl);
+  EXPECT_EQ(bench.host.moved.at(2).approximation, Approximation::None);
+}
+
 TEST(Splines, TakeNothingElseIntoABlock) {
-  EXPECT_EQ(spline_error("SPLINE\nSPL Q\nTIME_BLOCK START\nENDSPLINE"),
-            "p.src:4: SPLINE takes SPL, SLIN, SCIRC and TRIGGER, not TIME_BLOCK");
+  EXPECT_EQ(spline_error("SPLINE\nSPL Q\nCONST_VEL START=50\nENDSPLINE"),
+            "p.src:4: SPLINE takes SPL, SLIN, SCIRC, TRIGGER and TIME_BLOCK, not CONST_VEL");
   EXPECT_EQ(spline_error("SPLINE\nI=1\nENDSPLINE"),
-            "p.src:3: SPLINE takes SPL, SLIN, SCIRC and TRIGGER, not I");
+            "p.src:3: SPLINE takes SPL, SLIN, SCIRC, TRIGGER and TIME_BLOCK, not I");
   EXPECT_EQ(spline_error("PTP_SPLINE\nSLIN Q\nENDSPLINE"),
             "p.src:3: PTP_SPLINE takes SPTP and TRIGGER, not SLIN");
   EXPECT_EQ(spline_error("SPLINE\nENDSPLINE"), "p.src:3: a segment is expected before ENDSPLINE");
@@ -116,7 +140,7 @@ TEST(Splines, TakeNothingElseIntoABlock) {
   EXPECT_EQ(spline_error("SPL Q"), "p.src:2: the statement SPL is not known here");
   EXPECT_EQ(spline_error("SPLINE\nSPL {A1 1}\nENDSPLINE"),
             "p.src:3: SPL goes to a position or frame, not to axes");
-  EXPECT_EQ(spline_error("SLIN Q C_DIS"), "p.src:2: the end of the line is expected before C_DIS");
+  EXPECT_EQ(spline_error("SLIN Q C_NONE"), "p.src:2: the end of the line is expected before C_NONE");
   EXPECT_EQ(load_error({{"s.sub", "DEF S()\nPTP_SPLINE\nSPTP {A1 1}\nENDSPLINE\nEND\n"}}),
             "s.sub:3: a submit program must not move the arm");
 }

@@ -122,7 +122,7 @@ TEST(Triggers, AreRefusedWhereTheyCannotBe) {
   EXPECT_EQ(trigger_error("TRIGGER WHEN DISTANCE=1 DELAY=0 DO I=F()"),
             "p.src:2: what a trigger sets cannot call F");
   EXPECT_EQ(trigger_error("TRIGGER WHEN DISTANCE=1 DELAY=0 DO PULSE($OUT[1],TRUE,0.1) PRIO=-1"),
-            "p.src:2: the subprogram PULSE is not known");
+            "p.src:2: the end of the line is expected before PRIO");
   EXPECT_EQ(trigger_error("DECL INT K\nTRIGGER WHEN DISTANCE=1 DELAY=0 DO K=1"),
             "p.src:3: the trigger uses K, which is local data; it may use module data and $ variables");
   EXPECT_EQ(trigger_error("SPLINE\nTRIGGER WHEN DISTANCE=1 DELAY=0 DO I=1\nSPL Q\nENDSPLINE"),
