@@ -29,6 +29,12 @@ std::expected<std::optional<Element>, Fault> read_element(Tokens statement) {
 
 }  // namespace
 
+void FrameData::add(const FrameData& more) {
+  tools.insert(more.tools.begin(), more.tools.end());
+  bases.insert(more.bases.begin(), more.bases.end());
+  moving_bases.insert(more.moving_bases.begin(), more.moving_bases.end());
+}
+
 std::string frame_statement(std::string_view table, int number, const Eigen::Isometry3d& X,
                             std::string_view member) {
   const Eigen::Vector3d p = X.translation(), abc = kuka_abc_deg(X.linear());
@@ -57,7 +63,7 @@ std::expected<FrameData, Fault> read_frame_data(std::string_view text) {
     if (!*element) continue;
     const auto& [index, value] = **element;
     if (is_tool || is_base) {
-      const auto position = position_of(value, File::Config);
+      const auto position = position_of(value, 0);
       if (position && position->form == PositionForm::Cartesian)
         (is_tool ? data.tools : data.bases)[index] = pose_of(*position);
     } else if (const Field* machine = value.find("MACH_DEF_INDEX");

@@ -14,6 +14,9 @@ namespace truepose::krl {
 struct FrameData {
   std::map<int, Eigen::Isometry3d> tools, bases;
   std::set<int> moving_bases;  ///< those that an external axis carries (MACHINE_FRAME_DAT)
+
+  /// Those of another file; what is there stays.
+  void add(const FrameData& more);
 };
 
 /// Errors: a faulty aggregate in one of these.

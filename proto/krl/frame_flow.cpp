@@ -32,11 +32,11 @@ bool declares_interrupt(Tokens statement) {
   return statement.size() > 1 && statement[0].is("INTERRUPT") && statement[1].is("DECL");
 }
 
-Entry entry_of(Tokens statement, std::size_t routine) {
+Entry entry_of(Tokens statement, std::size_t file, std::size_t routine) {
   Entry entry{.routine = routine, .at = statement[0].at, .is_interrupt = declares_interrupt(statement)};
   const Tokens action = action_of(statement);
   const bool is_later = action.data() != statement.data();
-  (is_later ? entry.later : entry.in_order) = settings_of(action);
+  (is_later ? entry.later : entry.in_order) = settings_of(action, file);
   entry.calls = calls_in(action);
   if (statement.size() == 2 && statement[0].kind == TokenKind::Name) {
     if (statement[1].is(':')) entry.label = in_capitals(statement[0].text);
@@ -53,8 +53,11 @@ bool matters(const Entry& entry) {
 /// What a text has of such statements, and what its routines set.
 class Flow {
  public:
-  std::expected<void, Fault> read(std::string_view src);
+  explicit Flow(const RoutineSettings& others) : others_{others} {}
+  std::expected<void, Fault> read(std::string_view src, std::size_t file);
   FrameFlow found() const;
+  /// Adds what the routines of the text set. @return whether something is new
+  bool add_to(RoutineSettings& settings) const;
 
  private:
   /// Statements that jumps lead over, from the first to the last byte, and the labels that they lead to.
@@ -68,12 +71,13 @@ class Flow {
   std::vector<Stretch> stretches() const;
   FrameSettings within(const Stretch& stretch) const;
 
+  const RoutineSettings& others_;
   std::vector<Entry> entries_;  // in the order of the text
   std::map<std::string, std::size_t> routine_of_;
   std::vector<FrameSettings> set_by_{1};  // by routine, the first: what stands before any
 };
 
-std::expected<void, Fault> Flow::read(std::string_view src) {
+std::expected<void, Fault> Flow::read(std::string_view src, std::size_t file) {
   StatementReader reader(src);
   while (true) {
     const auto statement = reader.next();
@@ -83,7 +87,7 @@ std::expected<void, Fault> Flow::read(std::string_view src) {
       const auto calls = calls_in(*statement);  // it looks like a call of itself
       if (!calls.empty()) routine_of_.emplace(calls.front(), set_by_.size());
       set_by_.emplace_back();
-    } else if (Entry entry = entry_of(*statement, set_by_.size() - 1); matters(entry)) {
+    } else if (Entry entry = entry_of(*statement, file, set_by_.size() - 1); matters(entry)) {
       entries_.push_back(std::move(entry));
     }
   }
@@ -107,10 +111,19 @@ void Flow::settle_routines() {
 FrameSettings Flow::by_calls(const Entry& entry) const {
   FrameSettings set;
   for (const std::string& name : entry.calls) {
-    const auto called = routine_of_.find(name);
-    if (called != routine_of_.end()) set.add(set_by_[called->second]);
+    if (const auto called = routine_of_.find(name); called != routine_of_.end()) {
+      set.add(set_by_[called->second]);
+    } else if (const auto other = others_.find(name); other != others_.end()) {
+      set.add(other->second);
+    }
   }
   return set;
+}
+
+bool Flow::add_to(RoutineSettings& settings) const {
+  bool is_new = false;
+  for (const auto& [name, routine] : routine_of_) is_new = settings[name].add(set_by_[routine]) || is_new;
+  return is_new;
 }
 
 /// Jumps of a routine that overlap lead into each other, and are one stretch.
@@ -171,9 +184,24 @@ FrameFlow Flow::found() const {
 
 }  // namespace
 
-std::expected<FrameFlow, Fault> read_frame_flow(std::string_view src) {
-  Flow flow;
-  if (const auto done = flow.read(src); !done) return std::unexpected(done.error());
+RoutineSettings routine_settings(const ProgramText& text) {
+  RoutineSettings settings;
+  // Routines call routines of other files: until nothing new is found.
+  for (bool is_new = true; is_new;) {
+    is_new = false;
+    for (std::size_t file = 0; file < text.files.size(); ++file) {
+      if (text.files[file].role != SourceText::Role::Program) continue;
+      Flow flow(settings);
+      if (flow.read(text.files[file].text, file)) is_new = flow.add_to(settings) || is_new;
+    }
+  }
+  return settings;
+}
+
+std::expected<FrameFlow, Fault> read_frame_flow(std::string_view src, std::size_t file,
+                                                const RoutineSettings& others) {
+  Flow flow(others);
+  if (const auto done = flow.read(src, file); !done) return std::unexpected(done.error());
   return flow.found();
 }
 

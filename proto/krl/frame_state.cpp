@@ -14,8 +14,6 @@ Tokens bracketed(Tokens tokens, std::size_t open) {
   return tokens.subspan(open + 1, tokens.size() - open - 2);
 }
 
-Spot spot_of(Tokens tokens) { return {File::Src, tokens[0].at}; }
-
 FrameValue started(const std::optional<Eigen::Isometry3d>& X) {
   return X ? FrameValue{.state = State::Known, .X = *X, .set = {}} : FrameValue{};
 }
@@ -29,9 +27,9 @@ bool FrameSettings::add(const FrameSettings& others) {
   return is_new;
 }
 
-FrameSettings settings_of(Tokens statement) {
+FrameSettings settings_of(Tokens statement, std::size_t file) {
   if (statement.empty()) return {};
-  const auto set = [spot = spot_of(statement)](bool tool, bool base) {
+  const auto set = [spot = Spot{file, statement[0].at}](bool tool, bool base) {
     return FrameSettings{tool ? std::optional(spot) : std::nullopt,
                          base ? std::optional(spot) : std::nullopt};
   };
@@ -49,10 +47,17 @@ FrameSettings settings_of(Tokens statement) {
   return set(both || first.is("$TOOL"), both || first.is("$BASE"));
 }
 
-FrameState::FrameState(const Variables& variables, const Variables& config, const FrameData& data,
-                       const StartFrames& start, const FrameSettings& interrupts)
-    : variables_{variables}, config_{config}, data_{data}, interrupts_{interrupts} {
-  now_ = {.tool = add(started(start.tool)), .base = add(started(start.base))};
+FrameState::FrameState(const Variables& variables, const FrameData& data, const StartFrames& start)
+    : variables_{variables}, data_{data} {
+  given_ = now_ = started_ = {.tool = add(started(start.tool)), .base = add(started(start.base))};
+}
+
+void FrameState::begin(std::size_t file, std::string_view module, const FrameSettings& interrupts) {
+  file_ = file;
+  module_ = module;
+  interrupts_ = interrupts;
+  numbered_.clear();
+  now_ = given_;
   unsettle(interrupts);
   started_ = now_;
 }
@@ -147,7 +152,7 @@ std::expected<std::size_t, Fault> FrameState::value_of(Kind kind, Tokens express
     std::size_t next = 0;
     const auto aggregate = read_aggregate(expression, next);
     if (!aggregate) return std::unexpected(aggregate.error());
-    const auto position = position_of(*aggregate, File::Src);
+    const auto position = position_of(*aggregate, file_);
     if (next == expression.size() && position && position->form == PositionForm::Cartesian)
       return known(*position);
   } else if (expression.size() == 1) {
@@ -168,9 +173,8 @@ std::expected<std::size_t, Fault> FrameState::value_of(Kind kind, Tokens express
 }
 
 const Variable* FrameState::find(std::string_view name, std::size_t routine) const {
-  if (const auto index = variables_.find(name, routine)) return &variables_.all()[*index];
-  const auto index = config_.find(name, 0);
-  return index ? &config_.all()[*index] : nullptr;
+  const auto index = variables_.find(name, {module_, routine});
+  return index ? &variables_.all()[*index] : nullptr;
 }
 
 std::optional<MotionData> FrameState::motion_data(Tokens expression, std::size_t routine) const {
@@ -208,7 +212,7 @@ std::size_t FrameState::numbered(Kind kind, std::optional<int> number, Spot spot
   } else if (kind == Kind::Base && data_.moving_bases.contains(*number)) {
     value.state = State::Moving;
   } else if (const auto written =
-                 variables_.frame_written(kind == Kind::Tool ? "TOOL_DATA" : "BASE_DATA", *number)) {
+                 variables_.frame_written(module_, kind == Kind::Tool ? "TOOL_DATA" : "BASE_DATA", *number)) {
     value.state = State::Written;
     value.set = *written;
   } else if (const auto found = table.find(*number); found != table.end()) {

@@ -18,15 +18,18 @@ struct FrameSettings {
 };
 
 /// What a statement sets, to whatever: by $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
-FrameSettings settings_of(Tokens statement);
+/// @param file  that it stands in
+FrameSettings settings_of(Tokens statement, std::size_t file);
 
 /// Tool and base in force, while statements are read one after the other.
 class FrameState {
  public:
-  /// @param variables, config  what the program and $config.dat declare; they and data outlive the state
-  /// @param interrupts  what is set at any time, and so never known
-  FrameState(const Variables& variables, const Variables& config, const FrameData& data,
-             const StartFrames& start, const FrameSettings& interrupts);
+  /// @param variables, data  outlive the state
+  FrameState(const Variables& variables, const FrameData& data, const StartFrames& start);
+
+  /// The statements of another file follow. Its module's name outlives the state.
+  /// @param interrupts  what is set there at any time, and so never known
+  void begin(std::size_t file, std::string_view module, const FrameSettings& interrupts);
 
   /// What is in force at a motion.
   struct InForce {
@@ -64,13 +67,16 @@ class FrameState {
   std::size_t numbered(Kind kind, std::optional<int> number, Spot spot);
   std::size_t add(const FrameValue& value);
 
+  Spot spot_of(Tokens tokens) const { return {file_, tokens[0].at}; }
+
   const Variables& variables_;
-  const Variables& config_;
   const FrameData& data_;
   FrameSettings interrupts_;
   std::vector<FrameValue> frames_;
-  std::map<std::pair<Kind, int>, std::size_t> numbered_;
-  InForce started_, now_;
+  std::map<std::pair<Kind, int>, std::size_t> numbered_;  // of this module
+  InForce given_, started_, now_;                         // given_: for the start of all files
+  std::size_t file_ = 0;
+  std::string_view module_;
 };
 
 }  // namespace truepose::krl

@@ -117,7 +117,7 @@ std::expected<Aggregate, Fault> read_aggregate(Tokens tokens, std::size_t& next)
   return aggregate;
 }
 
-std::expected<Position, std::string> position_of(const Aggregate& aggregate, File file) {
+std::expected<Position, std::string> position_of(const Aggregate& aggregate, std::size_t file) {
   const bool of_axes = std::ranges::any_of(kAxisNames, [&](auto name) { return aggregate.find(name); });
   Position position{.spot = {file, aggregate.at},
                     .form = of_axes ? PositionForm::Axes : PositionForm::Cartesian,

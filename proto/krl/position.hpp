@@ -10,16 +10,10 @@
 
 namespace truepose::krl {
 
-/// The files that a program is read from.
-enum class File {
-  Src,     ///< the statements
-  Dat,     ///< the data list beside it
-  Config,  ///< the controller's $config.dat
-};
-
+/// A place in the texts of a program.
 struct Spot {
-  File file = File::Src;
-  std::size_t at = 0;  ///< byte offset
+  std::size_t file = 0;  ///< of ProgramText::files
+  std::size_t at = 0;    ///< byte offset
 };
 
 /// A number in a text: its sign and digits are the bytes [begin, end).
@@ -67,6 +61,6 @@ struct Position {
 };
 
 /// @return the position, or why the aggregate is no whole one
-std::expected<Position, std::string> position_of(const Aggregate& aggregate, File file);
+std::expected<Position, std::string> position_of(const Aggregate& aggregate, std::size_t file);
 
 }  // namespace truepose::krl

@@ -1,6 +1,7 @@
 #include "proto/krl/program.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 #include <unordered_map>
 
@@ -66,57 +67,74 @@ Tokens assignments_of(Tokens statement) {
 /// A cell's home positions, which the controller declares for all programs.
 bool is_home(std::string_view name) { return in_capitals(name).starts_with("XHOME"); }
 
-ProgramFault in(File file, Fault fault) { return {{file, fault.at}, std::move(fault.what)}; }
+ProgramFault in(std::size_t file, Fault fault) { return {{file, fault.at}, std::move(fault.what)}; }
 
 class Reader {
  public:
-  Reader(const Variables& variables, const Variables& config, const FrameFlow& flow, FrameState& frames)
-      : variables_{variables}, config_{config}, flow_{flow}, frames_{frames} {}
+  Reader(const ProgramText& text, const Variables& variables, FrameState& frames)
+      : text_{text}, variables_{variables}, frames_{frames}, routines_{routine_settings(text)} {}
 
-  std::expected<Program, Fault> read(std::string_view src);
+  /// Reads the statements of a SRC.
+  std::expected<void, Fault> read(std::size_t file);
+  Program finish();
 
  private:
   std::expected<void, Fault> read_statement(Tokens statement);
   std::expected<void, Fault> read_motion(Tokens statement, int targets);
   std::expected<void, Fault> read_target(Tokens target, Spot spot);
   void read_variable_target(const Token& name, Spot spot);
+  void read_part_target(Tokens target, Spot spot);
+  void go_to(std::size_t variable, std::string_view name, Spot spot);
+  std::optional<std::size_t> point_of(std::size_t variable);
   void note_change(const FrameState::InForce& before, Spot spot);
   void add_step(Spot spot, std::optional<std::size_t> point);
   void leave(Spot spot, std::string_view name, Hindrance hindrance, bool absolute);
   void leave_unused();
+  const SourceText& source_of(const Variable& variable) const { return text_.files[variable.declared.file]; }
 
+  const ProgramText& text_;
   const Variables& variables_;
-  const Variables& config_;
-  const FrameFlow& flow_;
   FrameState& frames_;
+  RoutineSettings routines_;
   Program program_;
-  std::size_t routine_ = 0;
+  std::size_t file_ = 0, routine_ = 0;
   int nesting_ = 0;
   bool noted_change_ = false;
   std::optional<FrameState::InForce> before_spline_;
   std::unordered_map<std::size_t, std::size_t> point_of_variable_;
-  std::unordered_map<std::size_t, std::size_t> point_of_config_;
   std::set<std::size_t> used_;                     // variables that motions go to
   std::set<std::string, std::less<>> left_names_;  // said once each
 };
 
-std::expected<Program, Fault> Reader::read(std::string_view src) {
-  StatementReader reader(src);
+std::expected<void, Fault> Reader::read(std::size_t file) {
+  const SourceText& source = text_.files[file];
+  const auto flow = read_frame_flow(source.text, file, routines_);
+  if (!flow) return std::unexpected(flow.error());
+  file_ = file;
+  routine_ = 0;
+  nesting_ = 0;
+  noted_change_ = false;
+  before_spline_.reset();
+  frames_.begin(file, source.module, flow->interrupts);
+  StatementReader reader(source.text);
   while (true) {
     const auto statement = reader.next();
     if (!statement) return std::unexpected(statement.error());
-    if (statement->empty()) break;
-    if (const auto done = read_statement(*statement); !done) return std::unexpected(done.error());
-    const auto otherwise = flow_.behind.find(statement->front().at);
-    if (otherwise != flow_.behind.end()) frames_.unsettle(otherwise->second);
+    if (statement->empty()) return {};
+    if (const auto done = read_statement(*statement); !done) return done;
+    const auto otherwise = flow->behind.find(statement->front().at);
+    if (otherwise != flow->behind.end()) frames_.unsettle(otherwise->second);
   }
+}
+
+Program Reader::finish() {
   leave_unused();
   program_.frames = frames_.frames();
   return std::move(program_);
 }
 
 std::expected<void, Fault> Reader::read_statement(Tokens statement) {
-  const Spot spot{File::Src, statement[0].at};
+  const Spot spot{file_, statement[0].at};
   if (starts_routine(statement)) {
     ++routine_;
     nesting_ = 0;
@@ -175,7 +193,7 @@ std::expected<void, Fault> Reader::read_motion(Tokens statement, int targets) {
     const std::size_t from = i;
     i = end_of_target(statement, from);
     const Tokens target = statement.subspan(from, i - from);
-    if (const auto done = read_target(target, {File::Src, target[0].at}); !done) return done;
+    if (const auto done = read_target(target, {file_, target[0].at}); !done) return done;
     if (i < statement.size() && statement[i].is(',')) ++i;
   }
   frames_.restore(before);
@@ -187,7 +205,7 @@ std::expected<void, Fault> Reader::read_target(Tokens target, Spot spot) {
     std::size_t next = 0;
     const auto aggregate = read_aggregate(target, next);
     if (!aggregate) return std::unexpected(aggregate.error());
-    const auto position = position_of(*aggregate, File::Src);
+    const auto position = position_of(*aggregate, file_);
     if (next == target.size() && position) {
       program_.points.push_back({{}, *position});
       add_step(spot, program_.points.size() - 1);
@@ -199,46 +217,66 @@ std::expected<void, Fault> Reader::read_target(Tokens target, Spot spot) {
     read_variable_target(target[0], spot);
     return {};
   } else {
-    const std::size_t end = end_of_variable(target, 0);
-    const bool is_element = target[0].kind == TokenKind::Name && end == target.size();
-    leave(
-        spot, is_element ? std::string_view(target[0].text.data(), target.back().end() - target[0].at) : "",
-        {is_element ? "is an element of an array or structure" : "the target is computed by the program", {}},
-        true);
+    read_part_target(target, spot);
+    return {};
   }
   add_step(spot, std::nullopt);
   return {};
 }
 
-void Reader::read_variable_target(const Token& name, Spot spot) {
-  const auto index = variables_.find(name.text, routine_);
-  if (!index) {
-    const auto of_config = config_.find(name.text, 0);
-    const auto* position = of_config ? std::get_if<Position>(&config_.all()[*of_config].value) : nullptr;
-    const bool is_system = name.text.starts_with('$');
-    leave(spot, name.text,
-          {is_system            ? "is a variable of the controller"
-           : is_home(name.text) ? "is a home position of the cell"
-           : position           ? "is declared in $config.dat, for all programs"
-                                : "is declared in none of the files",
-           {}},
-          !is_system && !is_home(name.text));
-    if (!position) return add_step(spot, std::nullopt);
-    const auto [entry, is_new] = point_of_config_.emplace(*of_config, program_.points.size());
-    if (is_new) program_.points.push_back({name.text, *position});
-    return add_step(spot, entry->second);
+/// An element of an array, or what the program computes.
+void Reader::read_part_target(Tokens target, Spot spot) {
+  const bool is_part = target[0].kind == TokenKind::Name && end_of_variable(target, 0) == target.size();
+  if (!is_part) {
+    leave(spot, {}, {"the target is computed by the program", {}}, true);
+    return add_step(spot, std::nullopt);
   }
-  used_.insert(*index);
-  const Variable& variable = variables_.all()[*index];
-  const auto* position = std::get_if<Position>(&variable.value);
-  if (position && !variable.hindrance) {
-    const auto [entry, is_new] = point_of_variable_.emplace(*index, program_.points.size());
-    if (is_new) program_.points.push_back({variable.name, *position});
-    return add_step(spot, entry->second);
-  }
-  leave(spot, name.text, variable.hindrance.value_or(Hindrance{"gets its value while the program runs", {}}),
-        true);
+  const std::string_view name(target[0].text.data(), target.back().end() - target[0].at);
+  if (const auto element = variables_.find_element(target, {text_.files[file_].module, routine_}))
+    return go_to(*element, name, spot);
+  leave(spot, name, {"is an element of an array or structure", {}}, true);
   add_step(spot, std::nullopt);
+}
+
+void Reader::read_variable_target(const Token& name, Spot spot) {
+  const auto index = variables_.find(name.text, {text_.files[file_].module, routine_});
+  const bool is_system = name.text.starts_with('$');
+  const bool is_elsewhere =
+      !index || source_of(variables_.all()[*index]).role == SourceText::Role::Config;
+  if (is_system || (is_elsewhere && is_home(name.text))) {
+    leave(spot, name.text,
+          {is_system ? "is a variable of the controller" : "is a home position of the cell", {}}, false);
+    if (!index) return add_step(spot, std::nullopt);
+    return add_step(spot, point_of(*index));
+  }
+  if (index) return go_to(*index, name.text, spot);
+  leave(spot, name.text, {"is declared in none of the files", {}}, true);
+  add_step(spot, std::nullopt);
+}
+
+/// The point of a variable that has a position; none where it has not.
+std::optional<std::size_t> Reader::point_of(std::size_t variable) {
+  const Variable& its = variables_.all()[variable];
+  const auto* position = std::get_if<Position>(&its.value);
+  if (!position || its.hindrance) return std::nullopt;
+  const auto [entry, is_new] = point_of_variable_.emplace(variable, program_.points.size());
+  const SourceText& source = source_of(its);
+  const bool is_of_cell = source.role == SourceText::Role::Config && is_home(its.name);
+  if (is_new) program_.points.push_back({its.name, *position, source.is_changeable && !is_of_cell});
+  return entry->second;
+}
+
+void Reader::go_to(std::size_t index, std::string_view name, Spot spot) {
+  used_.insert(index);
+  const Variable& variable = variables_.all()[index];
+  const auto point = point_of(index);
+  if (!point) {
+    leave(spot, name, variable.hindrance.value_or(Hindrance{"gets its value while the program runs", {}}),
+          true);
+  } else if (!source_of(variable).is_changeable) {
+    leave(spot, name, {"is declared in $config.dat, for all programs", {}}, true);
+  }
+  add_step(spot, point);
 }
 
 void Reader::add_step(Spot spot, std::optional<std::size_t> point) {
@@ -247,7 +285,8 @@ void Reader::add_step(Spot spot, std::optional<std::size_t> point) {
 }
 
 void Reader::leave(Spot spot, std::string_view name, Hindrance hindrance, bool absolute) {
-  if (!name.empty() && !left_names_.insert(std::to_string(routine_) + in_capitals(name)).second) return;
+  const std::string key = std::to_string(file_) + ":" + std::to_string(routine_) + in_capitals(name);
+  if (!name.empty() && !left_names_.insert(key).second) return;
   program_.left.push_back({spot, std::string(name), std::move(hindrance.why), hindrance.because, absolute});
 }
 
@@ -255,6 +294,7 @@ void Reader::leave_unused() {
   for (std::size_t i = 0; i < variables_.all().size(); ++i) {
     const Variable& variable = variables_.all()[i];
     if (variable.type != VariableType::Position || variable.array || used_.contains(i)) continue;
+    if (variable.is_element || source_of(variable).role == SourceText::Role::Config) continue;
     if (!std::holds_alternative<Position>(variable.value)) continue;
     program_.left.push_back(
         {variable.declared, std::string(variable.name), "no motion goes to it", {}, false});
@@ -263,25 +303,52 @@ void Reader::leave_unused() {
 
 }  // namespace
 
-std::expected<Program, ProgramFault> read_program(const ProgramText& text, const StartFrames& start) {
-  Variables variables, config;
-  for (const auto& [content, file] : {std::pair{text.dat, File::Dat}, std::pair{text.src, File::Src}}) {
-    if (const auto done = variables.read(content, file); !done)
-      return std::unexpected(in(file, done.error()));
-  }
-  if (const auto done = config.read(text.config, File::Config); !done)
-    return std::unexpected(in(File::Config, done.error()));
-  auto data = read_frame_data(text.config);
-  if (!data) return std::unexpected(in(File::Config, data.error()));
-  data->tools.insert(start.tools.begin(), start.tools.end());
-  data->bases.insert(start.bases.begin(), start.bases.end());
+ProgramText program_text(std::string_view src, std::string_view dat, std::string_view config) {
+  using Role = SourceText::Role;
+  return {.files = {{Role::Program, "", src}, {Role::Data, "", dat}, {Role::Config, "$CONFIG", config, false}}};
+}
 
-  const auto flow = read_frame_flow(text.src);
-  if (!flow) return std::unexpected(in(File::Src, flow.error()));
-  FrameState frames(variables, config, *data, start, flow->interrupts);
-  auto program = Reader(variables, config, *flow, frames).read(text.src);
-  if (!program) return std::unexpected(in(File::Src, program.error()));
-  return std::move(*program);
+std::expected<Program, ProgramFault> read_program(const ProgramText& text, const StartFrames& start) {
+  Variables variables;
+  FrameData data;
+  std::vector<ProgramFault> unread;
+  std::vector<bool> is_read(text.files.size(), true);
+  const auto refused = [&](std::size_t file, const Fault& fault) {
+    unread.push_back(in(file, fault));
+    is_read[file] = false;
+    return !text.is_archive;
+  };
+  // The data lists come first: where a name is declared twice, the SRC is wrong.
+  std::vector<std::size_t> order(text.files.size());
+  std::iota(order.begin(), order.end(), 0UZ);
+  std::ranges::stable_partition(
+      order, [&](std::size_t file) { return text.files[file].role != SourceText::Role::Program; });
+  for (const std::size_t file : order) {
+    const auto done = variables.read_declarations(text.files[file], file);
+    if (!done && refused(file, done.error())) return std::unexpected(unread.front());
+  }
+  for (const std::size_t file : order) {
+    if (!is_read[file]) continue;
+    const auto done = variables.read_uses(text.files[file], file);
+    if (!done && refused(file, done.error())) return std::unexpected(unread.front());
+    if (text.files[file].role != SourceText::Role::Config) continue;
+    auto frames = read_frame_data(text.files[file].text);
+    if (!frames && refused(file, frames.error())) return std::unexpected(unread.front());
+    if (frames) data.add(*std::move(frames));
+  }
+  data.tools.insert(start.tools.begin(), start.tools.end());
+  data.bases.insert(start.bases.begin(), start.bases.end());
+
+  FrameState frames(variables, data, start);
+  Reader reader(text, variables, frames);
+  for (std::size_t file = 0; file < text.files.size(); ++file) {
+    if (text.files[file].role != SourceText::Role::Program || !is_read[file]) continue;
+    const auto done = reader.read(file);
+    if (!done && refused(file, done.error())) return std::unexpected(unread.front());
+  }
+  Program program = reader.finish();
+  program.unread = std::move(unread);
+  return program;
 }
 
 }  // namespace truepose::krl

@@ -11,12 +11,29 @@
 
 namespace truepose::krl {
 
-/// The texts that a program consists of; they outlive what is read from them.
-struct ProgramText {
-  std::string_view src;
-  std::string_view dat;     ///< empty: the program has none
-  std::string_view config;  ///< $config.dat; empty: not given
+/// A file of a program.
+struct SourceText {
+  enum class Role {
+    Program,  ///< .src
+    Data,     ///< .dat; what it declares GLOBAL is known to all programs
+    Config,   ///< $config.dat: all that it declares is
+  };
+  Role role = Role::Program;
+  std::string module;         ///< in capitals: a .src and the .dat of one name are one module
+  std::string_view text;      ///< outlives what is read from it
+  bool is_changeable = true;  ///< false: programs that are not given here may use its positions too
 };
+
+/// The texts that programs consist of.
+struct ProgramText {
+  std::vector<SourceText> files;
+  /// All programs of a controller: a file that cannot be read, or a motion whose frames are not known, keeps
+  /// no other from being read.
+  bool is_archive = false;
+};
+
+/// Of one program: file 0 is its SRC, 1 its data list, 2 $config.dat. What is empty is not given.
+ProgramText program_text(std::string_view src, std::string_view dat, std::string_view config);
 
 /// A tool or a base, as far as the text tells.
 struct FrameValue {
@@ -39,6 +56,7 @@ struct FrameValue {
 struct Point {
   std::string_view name;  ///< as declared; empty where it is written in the motion itself
   Position position;
+  bool is_changeable = true;  ///< as SourceText::is_changeable
 };
 
 /// A target of the arm, in the order of the text. One without a point tells that from there on the place of
@@ -65,6 +83,12 @@ struct Note {
   std::string text;
 };
 
+/// A fault in one of the texts.
+struct ProgramFault {
+  Spot spot;
+  std::string what;
+};
+
 /// The targets of a KRL program.
 struct Program {
   std::vector<Point> points;
@@ -72,12 +96,7 @@ struct Program {
   std::vector<FrameValue> frames;
   std::vector<LeftAlone> left;
   std::vector<Note> notes;
-};
-
-/// A fault in one of the texts.
-struct ProgramFault {
-  Spot spot;
-  std::string what;
+  std::vector<ProgramFault> unread;  ///< of an archive: files of which nothing was taken
 };
 
 /// TCP (in the flange frame) and base that are in force where a routine starts, and those of TOOL_DATA and
@@ -87,8 +106,8 @@ struct StartFrames {
   std::map<int, Eigen::Isometry3d> tools{}, bases{};
 };
 
-/// Finds the targets of all motions with the tool and the base in force, in the order of the text: branches
-/// and loops are read once, called programs are not followed. What a called routine of the same text, a GOTO
+/// Finds the targets of all motions with the tool and the base in force, in the order of the texts: branches
+/// and loops are read once, called programs are not followed. What a called routine of these texts, a GOTO
 /// passed over, a TRIGGER or an interrupt sets is unknown until it is set again. Targets that are computed,
 /// partial, relative or declared elsewhere are left alone, as are declared positions that no motion uses.
 /// Errors: a text or a brace that is not closed, a component given twice, a variable declared twice, a number

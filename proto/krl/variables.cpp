@@ -30,6 +30,23 @@ void hinder(Variable& variable, std::string why, Spot because) {
   if (!variable.hindrance) variable.hindrance = Hindrance{std::move(why), because};
 }
 
+/// "3" or "2,1" of `[3]` or `[2,1]`; nothing where an index is no plain number, or more stands there.
+std::optional<std::string> plain_indices(Tokens brackets) {
+  if (brackets.size() < 3 || !brackets[0].is('[') || !brackets.back().is(']')) return std::nullopt;
+  std::string indices;
+  for (std::size_t i = 1; i + 1 < brackets.size(); ++i) {
+    const bool is_index = i % 2 == 1;
+    if (is_index ? brackets[i].kind != TokenKind::Number : !brackets[i].is(',')) return std::nullopt;
+    indices += brackets[i].text;
+  }
+  return brackets.size() % 2 == 1 ? std::optional{indices} : std::nullopt;
+}
+
+/// The text from the first of these tokens to the last.
+std::string_view whole_name(Tokens variable) {
+  return {variable[0].text.data(), variable.back().end() - variable[0].at};
+}
+
 std::optional<int> whole(const Field* field) {
   if (!field || !field->number) return std::nullopt;
   const double value = field->number->value;
@@ -72,48 +89,81 @@ std::size_t end_of_variable(Tokens tokens, std::size_t from) {
   return i;
 }
 
-std::optional<std::size_t> Variables::find(std::string_view name, std::size_t routine) const {
-  const std::string key = in_capitals(name);
-  for (const std::size_t scope : {routine, 0UZ}) {
-    if (scope >= scopes_.size()) continue;
-    if (const auto found = scopes_[scope].find(key); found != scopes_[scope].end()) return found->second;
+std::optional<std::size_t> Variables::find(std::string_view name, Scope scope) const {
+  const std::string key = in_capitals(name), module{scope.module};
+  for (const auto& [of_module, of_routine] : {std::pair{module, scope.routine}, {module, 0UZ}, {"", 0UZ}}) {
+    if (const auto found = names_.find({of_module, of_routine, key}); found != names_.end())
+      return found->second;
   }
   return std::nullopt;
 }
 
-std::expected<void, Fault> Variables::read(std::string_view text, File file) {
-  StatementReader reader(text);
-  std::size_t routine = 0;
+std::optional<std::size_t> Variables::find_element(Tokens element, Scope scope) const {
+  const auto array = find(element[0].text, scope);
+  const auto indices = plain_indices(element.subspan(1));
+  if (!array || !indices) return std::nullopt;
+  const auto found = elements_.find({*array, *indices});
+  return found == elements_.end() ? std::nullopt : std::optional{found->second};
+}
+
+std::expected<void, Fault> Variables::read_declarations(const SourceText& source, std::size_t file) {
+  StatementReader reader(source.text);
+  Reading reading{.file = file,
+                  .scope = {source.module},
+                  .is_config = source.role == SourceText::Role::Config,
+                  .is_program = source.role == SourceText::Role::Program};
   while (true) {
     const auto statement = reader.next();
     if (!statement) return std::unexpected(statement.error());
     if (statement->empty()) return {};
     if (starts_routine(*statement)) {
-      ++routine;
-      continue;
+      ++reading.scope.routine;
+    } else if (const auto done = read_declaration(*statement, reading); !done) {
+      return done;
     }
-    if (const auto done = read_declaration(*statement, file, routine); !done)
-      return std::unexpected(done.error());
-    const Tokens action = action_of(*statement);
-    if (const auto done = read_assignment(action, file, routine); !done) return std::unexpected(done.error());
-    read_arguments(action, file, routine);
   }
 }
 
-std::expected<void, Fault> Variables::read_declaration(Tokens statement, File file, std::size_t routine) {
+std::expected<void, Fault> Variables::read_uses(const SourceText& source, std::size_t file) {
+  StatementReader reader(source.text);
+  Reading reading{.file = file,
+                  .scope = {source.module},
+                  .is_config = source.role == SourceText::Role::Config,
+                  .is_program = source.role == SourceText::Role::Program};
+  while (true) {
+    const auto statement = reader.next();
+    if (!statement) return std::unexpected(statement.error());
+    if (statement->empty()) return {};
+    if (starts_routine(*statement)) {
+      ++reading.scope.routine;
+      continue;
+    }
+    const Tokens action = action_of(*statement);
+    if (const auto done = read_assignment(action, reading); !done) return done;
+    read_arguments(action, reading);
+    if (reading.is_program) read_chosen_elements(action, reading);
+  }
+}
+
+std::expected<void, Fault> Variables::read_declaration(Tokens statement, const Reading& reading) {
   std::size_t i = 0;
-  while (i < statement.size() && is_any_of(statement[i], {"DECL", "GLOBAL", "CONST"})) ++i;
+  bool is_global = reading.is_config;
+  for (; i < statement.size() && is_any_of(statement[i], {"DECL", "GLOBAL", "CONST"}); ++i)
+    is_global |= statement[i].is("GLOBAL");
   if (i + 1 >= statement.size() || statement[i + 1].kind != TokenKind::Name) return {};
   const auto type = type_of(statement[i]);
   if (!type) return {};
-  while (scopes_.size() <= routine) scopes_.emplace_back();
+  const std::string module{reading.scope.module};
   for (++i; i < statement.size() && statement[i].kind == TokenKind::Name; ++i) {
     const Token& name = statement[i];
-    const auto [entry, is_new] = scopes_[routine].emplace(in_capitals(name.text), variables_.size());
+    if (is_any_of(name, {"TOOL_DATA", "BASE_DATA"})) return {};  // frames, and no positions
+    const std::string key = in_capitals(name.text);
+    const auto [entry, is_new] = names_.try_emplace({module, reading.scope.routine, key}, variables_.size());
     if (!is_new)
       return std::unexpected(Fault{name.at, std::string(name.text) + " is declared twice; remove one"});
+    if (is_global) names_.try_emplace({"", 0, key}, variables_.size());
     Variable& variable = variables_.emplace_back(Variable{
-        .name = name.text, .type = *type, .declared = {file, name.at}, .value = {}, .hindrance = {}});
+        .name = name.text, .type = *type, .declared = {reading.file, name.at}, .value = {}, .hindrance = {}});
     ++i;
     if (i < statement.size() && statement[i].is('[')) {
       variable.array = true;
@@ -121,7 +171,7 @@ std::expected<void, Fault> Variables::read_declaration(Tokens statement, File fi
     }
     if (i < statement.size() && statement[i].is('=')) {
       // A further variable behind a value is not KRL.
-      return give_value(variable, statement.subspan(i + 1), {file, name.at});
+      return give_value(variable, statement.subspan(i + 1), {reading.file, name.at});
     }
     if (i >= statement.size() || !statement[i].is(',')) return {};
   }
@@ -148,17 +198,17 @@ std::expected<void, Fault> Variables::give_value(Variable& variable, Tokens valu
   return {};
 }
 
-std::expected<void, Fault> Variables::read_assignment(Tokens statement, File file, std::size_t routine) {
+std::expected<void, Fault> Variables::read_assignment(Tokens statement, const Reading& reading) {
   if (statement.empty() || statement[0].kind != TokenKind::Name) return {};
   const std::size_t end = end_of_variable(statement, 0);
   if (end >= statement.size() || !statement[end].is('=')) return {};
-  const Spot spot{file, statement[0].at};
-  if (file == File::Src && is_any_of(statement[0], {"TOOL_DATA", "BASE_DATA"}))
-    read_frame_write(statement.first(end), spot);
-  const auto index = find(statement[0].text, routine);
+  const Spot spot{reading.file, statement[0].at};
+  if (reading.is_program && is_any_of(statement[0], {"TOOL_DATA", "BASE_DATA"}))
+    read_frame_write(statement.first(end), reading);
+  const auto index = find(statement[0].text, reading.scope);
   if (!index) return {};
+  if (variables_[*index].array) return give_element(*index, statement, end, spot);
   Variable& variable = variables_[*index];
-  if (variable.array) return {};
   if (end > 1) {
     hinder(variable, "is changed by the program", spot);
   } else if (!std::holds_alternative<std::monostate>(variable.value)) {
@@ -169,24 +219,76 @@ std::expected<void, Fault> Variables::read_assignment(Tokens statement, File fil
   return {};
 }
 
-void Variables::read_frame_write(Tokens variable, Spot spot) {
+/// `WORK[3]={X ..}`, which is a variable of its own from there on, or a change of elements.
+std::expected<void, Fault> Variables::give_element(std::size_t array, Tokens assignment, std::size_t end,
+                                                   Spot spot) {
+  const std::size_t last = behind_brackets(assignment, 1);
+  const auto indices = plain_indices(assignment.subspan(1, last - 1));
+  if (!indices) {
+    hinder_elements(array, "may be given another value by the program", spot);
+    return {};
+  }
+  const auto [entry, is_new] = elements_.try_emplace({array, *indices}, variables_.size());
+  if (!is_new) {
+    hinder(variables_[entry->second],
+           last < end ? "is changed by the program" : "is given another value by the program", spot);
+    return {};
+  }
+  const Variable whole = variables_[array];
+  const std::string_view name = whole_name(assignment.first(last));
+  Variable& element = variables_.emplace_back(Variable{.name = name,
+                                                       .type = whole.type,
+                                                       .declared = spot,
+                                                       .is_element = true,
+                                                       .value = {},
+                                                       .hindrance = whole.hindrance});
+  if (last == end) return give_value(element, assignment.subspan(end + 1), spot);
+  hinder(element, "is changed by the program", spot);
+  return {};
+}
+
+/// All elements of an array, also those that get their value later.
+void Variables::hinder_elements(std::size_t array, const std::string& why, Spot spot) {
+  hinder(variables_[array], why, spot);
+  for (auto element = elements_.lower_bound({array, ""});
+       element != elements_.end() && element->first.first == array; ++element)
+    hinder(variables_[element->second], why, spot);
+}
+
+/// A motion to an element whose index is computed may go to any of them, with whatever frames.
+void Variables::read_chosen_elements(Tokens statement, const Reading& reading) {
+  for (std::size_t i = 0; i + 1 < statement.size(); ++i) {
+    if (statement[i].kind != TokenKind::Name || !statement[i + 1].is('[')) continue;
+    const std::size_t end = behind_brackets(statement, i + 1);
+    const auto index = find(statement[i].text, reading.scope);
+    const bool is_of_points =
+        index && variables_[*index].array && variables_[*index].type != VariableType::MotionData;
+    if (is_of_points && !plain_indices(statement.subspan(i + 1, end - i - 1)))
+      hinder_elements(*index, "is also chosen by an index that the program computes",
+                      {reading.file, statement[i].at});
+  }
+}
+
+void Variables::read_frame_write(Tokens variable, const Reading& reading) {
   std::optional<int> index;
   if (variable.size() >= 4 && variable[1].is('[') && variable[3].is(']')) {
     const auto number = read_number(variable.subspan(2, 1));
     if (number && *number && (*number)->value <= 1e6) index = static_cast<int>((*number)->value);
   }
-  frame_writes_.emplace(std::pair{in_capitals(variable[0].text), index}, spot);
+  frame_writes_.emplace(std::tuple{std::string(reading.scope.module), in_capitals(variable[0].text), index},
+                        Spot{reading.file, variable[0].at});
 }
 
-std::optional<Spot> Variables::frame_written(std::string_view table, int number) const {
+std::optional<Spot> Variables::frame_written(std::string_view module, std::string_view table,
+                                             int number) const {
   for (const std::optional<int> index : {std::optional(number), std::optional<int>{}}) {
-    const auto found = frame_writes_.find({std::string(table), index});
+    const auto found = frame_writes_.find({std::string(module), std::string(table), index});
     if (found != frame_writes_.end()) return found->second;
   }
   return std::nullopt;
 }
 
-void Variables::read_arguments(Tokens statement, File file, std::size_t routine) {
+void Variables::read_arguments(Tokens statement, const Reading& reading) {
   // Innermost routine whose arguments are being read, by its name's index; none for a mere bracket.
   std::vector<std::optional<std::size_t>> routines;
   for (std::size_t i = 0; i < statement.size(); ++i) {
@@ -202,11 +304,11 @@ void Variables::read_arguments(Tokens statement, File file, std::size_t routine)
                             i + 1 < statement.size() &&
                             (statement[i + 1].is(')') || statement[i + 1].is(','));
       if (!is_whole || leaves_arguments(called)) continue;
-      const auto index = find(token.text, routine);
+      const auto index = find(token.text, reading.scope);
       // An inline form hands its FDAT to routines of the controller, which leave it as it is.
       if (!index || variables_[*index].type == VariableType::MotionData) continue;
       hinder(variables_[*index], "is handed to " + std::string(called.text) + ", which may change it",
-             {file, token.at});
+             {reading.file, token.at});
     }
   }
 }

@@ -4,11 +4,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
+#include <tuple>
 #include <variant>
 #include <vector>
 
-#include "proto/krl/position.hpp"
+#include "proto/krl/program.hpp"
 
 namespace truepose::krl {
 
@@ -36,40 +36,63 @@ struct Variable {
   VariableType type = VariableType::Position;
   Spot declared;
   bool array = false;
+  bool is_element = false;  ///< of an array that is declared too
   std::variant<std::monostate, Position, MotionData> value;  ///< none: none given, or not a whole one
   std::optional<Hindrance> hindrance;
 };
 
-/// What a program and its data list declare. A variable may be given one value, where it is declared or by
-/// one assignment; what is assigned again, changed in part or handed to a routine is marked by a hindrance.
+/// Where a name is used.
+struct Scope {
+  std::string_view module;  ///< in capitals
+  std::size_t routine = 0;  ///< number of its DEF or DEFFCT in the SRC, the first = 1; 0: the data list
+};
+
+/// What programs and their data lists declare. A variable, or an element of an array, may be given one value,
+/// where it is declared or by one assignment; what is assigned again, changed in part or handed to a routine
+/// is marked by a hindrance.
 class Variables {
  public:
-  /// Reads the declarations and assignments of a file. The text outlives the variables.
+  /// Reads the declarations of a file. Its module's name and its text outlive the variables.
   /// Errors: a faulty aggregate or number in one of them; a variable declared twice.
-  std::expected<void, Fault> read(std::string_view text, File file);
+  std::expected<void, Fault> read_declarations(const SourceText& source, std::size_t file);
+  /// Reads its assignments and calls, once all declarations are read. Errors: a faulty aggregate or number.
+  std::expected<void, Fault> read_uses(const SourceText& source, std::size_t file);
 
-  /// @param routine  number of the DEF or DEFFCT that uses the name, in the order of the SRC, the first = 1
   /// @return an index into all(), or nothing where the name is declared elsewhere
-  std::optional<std::size_t> find(std::string_view name, std::size_t routine) const;
+  std::optional<std::size_t> find(std::string_view name, Scope scope) const;
+  /// The same of `NAME[1]` or `NAME[2,1]` with plain numbers. @param element  all tokens of it
+  /// @return nothing where it is none of these or was given no value
+  std::optional<std::size_t> find_element(Tokens element, Scope scope) const;
 
   const std::vector<Variable>& all() const { return variables_; }
 
-  /// The first statement of the SRC that writes an element of TOOL_DATA or BASE_DATA, in whole or in part.
-  /// One whose index is no number may write any. The controller keeps what was written, so that it counts
-  /// for all of the text: what stands before it is carried out again.
-  std::optional<Spot> frame_written(std::string_view table, int number) const;
+  /// The first statement of the module's SRC that writes an element of TOOL_DATA or BASE_DATA, in whole or in
+  /// part. One whose index is no number may write any. The controller keeps what was written, so that it
+  /// counts for all of the text: what stands before it is carried out again.
+  std::optional<Spot> frame_written(std::string_view module, std::string_view table, int number) const;
 
  private:
-  std::expected<void, Fault> read_declaration(Tokens statement, File file, std::size_t routine);
-  std::expected<void, Fault> read_assignment(Tokens statement, File file, std::size_t routine);
-  void read_frame_write(Tokens variable, Spot spot);
-  void read_arguments(Tokens statement, File file, std::size_t routine);
+  struct Reading {
+    std::size_t file = 0;
+    Scope scope;
+    bool is_config = false;
+    bool is_program = false;
+  };
+  std::expected<void, Fault> read_declaration(Tokens statement, const Reading& reading);
+  std::expected<void, Fault> read_assignment(Tokens statement, const Reading& reading);
+  void read_frame_write(Tokens variable, const Reading& reading);
+  void read_arguments(Tokens statement, const Reading& reading);
+  void read_chosen_elements(Tokens statement, const Reading& reading);
   std::expected<void, Fault> give_value(Variable& variable, Tokens value, Spot spot);
+  std::expected<void, Fault> give_element(std::size_t array, Tokens assignment, std::size_t end, Spot spot);
+  void hinder_elements(std::size_t array, const std::string& why, Spot spot);
 
   std::vector<Variable> variables_;
-  std::map<std::pair<std::string, std::optional<int>>, Spot> frame_writes_;  // no index: any element
-  // By name in capitals: those of the data list first, then those of each routine.
-  std::vector<std::unordered_map<std::string, std::size_t>> scopes_{1};
+  std::map<std::pair<std::size_t, std::string>, std::size_t> elements_;  // by array and "1" or "2,1"
+  // By module and table; no index: any element.
+  std::map<std::tuple<std::string, std::string, std::optional<int>>, Spot> frame_writes_;
+  // By module, routine and name in capitals; those that all modules know have no module.
+  std::map<std::tuple<std::string, std::size_t, std::string>, std::size_t, std::less<>> names_;
 };
 
 /// Whether a statement starts a routine: [GLOBAL] DEF or DEFFCT.

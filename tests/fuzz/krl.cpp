@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -19,7 +20,6 @@ namespace truepose::fuzz {
 namespace {
 
 using krl::Edit;
-using krl::File;
 
 constexpr double kShift = 0.25;    // what every number is moved by
 constexpr double kGreatest = 1e6;  // beyond it a shift may be lost in rounding
@@ -32,21 +32,21 @@ std::string_view next_part(std::string_view& text) {
   return part;
 }
 
-/// Edits of SRC and DAT, one for every number of every point. `value` makes the new text of a number.
+/// Edits by file, one for every number of every point that may be changed.
 template <typename NewText>
-std::pair<std::vector<Edit>, std::vector<Edit>> edits(const krl::Program& program,
-                                                      const krl::ProgramText& text, NewText new_text) {
-  std::pair<std::vector<Edit>, std::vector<Edit>> edits;
-  std::set<std::pair<File, std::size_t>> seen;
+std::map<std::size_t, std::vector<Edit>> edits(const krl::Program& program, const krl::ProgramText& text,
+                                               NewText new_text) {
+  std::map<std::size_t, std::vector<Edit>> edits;
+  std::set<std::pair<std::size_t, std::size_t>> seen;
   for (const krl::Point& point : program.points) {
-    const File file = point.position.spot.file;
-    if (file == File::Config) continue;  // of the controller: other programs use it too
-    const std::string_view source = file == File::Src ? text.src : text.dat;
+    const std::size_t file = point.position.spot.file;
+    expect(point.is_changeable == text.files[file].is_changeable, "a point may be changed where its file may");
+    if (!point.is_changeable) continue;
+    const std::string_view source = text.files[file].text;
     for (const krl::Number& number : point.position.values) {
       expect(number.begin < number.end && number.end <= source.size(), "a number stands in its text");
       expect(seen.insert({file, number.begin}).second, "a number belongs to one point");
-      (file == File::Src ? edits.first : edits.second)
-          .push_back({number.begin, number.end, new_text(number, source)});
+      edits[file].push_back({number.begin, number.end, new_text(number, source)});
     }
   }
   return edits;
@@ -59,31 +59,35 @@ bool touches_its_name(const krl::Number& number, std::string_view source) {
 
 void expect_the_same_with_its_own_numbers(const krl::Program& program, const krl::ProgramText& text) {
   bool touches = false;
-  const auto [src, dat] = edits(program, text, [&](const krl::Number& number, std::string_view source) {
+  const auto same = edits(program, text, [&](const krl::Number& number, std::string_view source) {
     expect(!krl::is_changed(number, number.value), "a number that stays is not changed");
     touches = touches || touches_its_name(number, source);
     return std::string{source.substr(number.begin, number.end - number.begin)};
   });
-  expect(krl::rewritten(text.src, {}) == text.src && krl::rewritten(text.dat, {}) == text.dat,
-         "without corrections a program stays as it is");
-  expect(touches || (krl::rewritten(text.src, src) == text.src && krl::rewritten(text.dat, dat) == text.dat),
-         "with its own numbers a program stays as it is");
+  for (const krl::SourceText& source : text.files)
+    expect(krl::rewritten(source.text, {}) == source.text, "without corrections a program stays as it is");
+  for (const auto& [file, its] : same)
+    expect(touches || krl::rewritten(text.files[file].text, its) == text.files[file].text,
+           "with its own numbers a program stays as it is");
 }
 
 void expect_the_new_numbers(const krl::Program& program, const krl::ProgramText& text) {
   bool sane = true;
-  const auto [src_edits, dat_edits] = edits(program, text, [&](const krl::Number& number, std::string_view) {
+  const auto changes = edits(program, text, [&](const krl::Number& number, std::string_view) {
     sane = sane && std::abs(number.value) < kGreatest;
     return krl::number_text(number.value + kShift);
   });
   if (!sane) return;
-  const std::string src = krl::rewritten(text.src, src_edits), dat = krl::rewritten(text.dat, dat_edits);
-  const auto again = krl::read_program({src, dat, text.config}, {});
+  std::map<std::size_t, std::string> rewritten;
+  krl::ProgramText corrected = text;
+  for (const auto& [file, its] : changes)
+    corrected.files[file].text = rewritten[file] = krl::rewritten(text.files[file].text, its);
+  const auto again = krl::read_program(corrected, {});
   expect(again.has_value(), "a corrected program is read again");
   expect(again->points.size() == program.points.size() && again->steps.size() == program.steps.size(),
          "a corrected program has the same points and steps");
   for (std::size_t k = 0; k < program.points.size(); ++k) {
-    if (program.points[k].position.spot.file == File::Config) continue;
+    if (!program.points[k].is_changeable) continue;
     for (std::size_t i = 0; i < 6; ++i) {
       const double moved =
           again->points[k].position.values[i].value - program.points[k].position.values[i].value;
@@ -95,19 +99,15 @@ void expect_the_new_numbers(const krl::Program& program, const krl::ProgramText&
 }  // namespace
 
 void krl(std::string_view input) {
-  krl::ProgramText text;
-  text.src = next_part(input);
-  text.dat = next_part(input);
-  text.config = input;
+  const std::string_view src = next_part(input), dat = next_part(input);
+  const krl::ProgramText text = krl::program_text(src, dat, input);
 
-  if (const auto data = krl::read_frame_data(text.config); !data)
-    expect(!data.error().what.empty() && data.error().at <= text.config.size(), "a fault says where");
+  if (const auto data = krl::read_frame_data(input); !data)
+    expect(!data.error().what.empty() && data.error().at <= input.size(), "a fault says where");
   const auto program = krl::read_program(text, {});
   if (!program) {
     const krl::Spot spot = program.error().spot;
-    const std::string_view source = spot.file == File::Src   ? text.src
-                                    : spot.file == File::Dat ? text.dat
-                                                             : text.config;
+    const std::string_view source = text.files[spot.file].text;
     expect(!program.error().what.empty() && spot.at <= source.size(), "a fault says where");
     expect(krl::Places{source}.of(spot.at).line >= 1, "a fault stands in a line");
     return;

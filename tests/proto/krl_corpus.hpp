@@ -20,7 +20,7 @@ inline std::string bytes(const std::string& name) {
 
 struct Files {
   std::string name, src, dat, config;
-  krl::ProgramText text() const { return {src, dat, config}; }
+  krl::ProgramText text() const { return krl::program_text(src, dat, config); }
 };
 
 inline Files files(const std::string& name) {

@@ -35,7 +35,7 @@ struct Read {
   explicit Read(std::string src_in, std::string dat_in = std::string(kDat), StartFrames start = {})
       : src(std::string("DEF P()\n") += src_in),
         dat(std::move(dat_in)),
-        program(read_program({src, dat, kConfig}, start)) {}
+        program(read_program(program_text(src, dat, kConfig), start)) {}
 
   /// "tool base" of each target: x of known frames, else a letter.
   std::vector<std::string> frames() const {
@@ -48,7 +48,7 @@ struct Read {
   }
   std::vector<std::string> left() const {
     std::vector<std::string> result;
-    const auto line = [&](Spot spot) { return Places(spot.file == File::Src ? src : dat).of(spot.at).line; };
+    const auto line = [&](Spot spot) { return Places(spot.file == 0 ? src : dat).of(spot.at).line; };
     for (const LeftAlone& item : program->left) {
       std::ostringstream text;
       text << line(item.spot) << " " << item.name << (item.absolute ? "!" : "") << " " << item.why;
@@ -176,7 +176,7 @@ TEST(KrlProgram, LeavesAloneWhatTheTextDoesNotTellOrNeedNotChange) {
       "LIN XP2:{X 1,Y 0,Z 0,A 0,B 0,C 0}\n"            // 4
       "LIN XP2+1\n"                                    // 5
       "LIN {X 100}\n"                                  // 6
-      "PTP GRID[1]\nPTP SHIFT(XP2)\n"                  // 7, 8
+      "PTP GRID[2]\nPTP SHIFT(XP2)\n"                  // 7, 8
       "PTP_REL {A1 5}\nLIN_REL XP2\n"                  // 9, 10
       "PTP XHOME\nPTP $AXIS_ACT\n"                     // 11, 12
       "PTP ELSEWHERE\nPTP elsewhere\nPTP GLOBAL_P\n",  // 13, 14
@@ -188,7 +188,7 @@ TEST(KrlProgram, LeavesAloneWhatTheTextDoesNotTellOrNeedNotChange) {
           "2 XP1! is changed by the program 3", "4 ! the target is computed by the program",
           "5 ! the target is computed by the program",
           "6 ! component Y is missing: it keeps what the arm has then",
-          "7 GRID[1]! is an element of an array or structure", "8 ! the target is computed by the program",
+          "7 GRID[2]! is an element of an array or structure", "8 ! the target is computed by the program",
           "9  PTP_REL is relative to where the arm stands", "10  LIN_REL is relative to where the arm stands",
           "11 XHOME is a home position of the cell", "12 $AXIS_ACT is a variable of the controller",
           "13 ELSEWHERE! is declared in none of the files",
@@ -239,7 +239,7 @@ TEST(KrlProgram, FaultsNameTheirFileAndByte) {
   EXPECT_EQ(fault("PTP {X 1,\n", "").spot.at, 12U);
   EXPECT_EQ(fault("PTP\n", "").what, "PTP has too few targets; it goes to 1");
   const ProgramFault twice = fault("", "E6POS A\nPOS a\n");
-  EXPECT_EQ(twice.spot.file, File::Dat);
+  EXPECT_EQ(twice.spot.file, 1u);
   EXPECT_EQ(twice.spot.at, 12U);
   EXPECT_EQ(twice.what, "a is declared twice; remove one");
 }
@@ -273,8 +273,7 @@ TEST(KrlCorpus, ReadsTheSameTwiceAndIsWrittenBackAsItWas) {
 /// Each number is one of the text's, sign and all.
 void expect_numbers_where_they_are_said(const Program& program, const ProgramText& text) {
   for (const Point& point : program.points) {
-    const File file = point.position.spot.file;
-    const std::string_view in = file == File::Src ? text.src : file == File::Dat ? text.dat : text.config;
+    const std::string_view in = text.files[point.position.spot.file].text;
     for (const Number& number : point.position.values) {
       ASSERT_LT(number.begin, number.end);
       ASSERT_LE(number.end, in.size());
@@ -309,12 +308,13 @@ std::string mutated(std::string text, Random& random) {
 TEST(KrlCorpus, SurvivesAnyMutationAndTruncation) {
   Random random(2024);
   int readable = 0;
-  const auto read = [&](const ProgramText& given) {
+  const auto read = [&](std::string_view given_src, std::string_view given_dat,
+                        std::string_view given_config) {
     // Of their exact size on the heap, so that a sanitizer sees the first byte read past an end.
-    const std::vector<char> src(given.src.begin(), given.src.end()), dat(given.dat.begin(), given.dat.end()),
-        config(given.config.begin(), given.config.end());
-    const ProgramText text{
-        {src.data(), src.size()}, {dat.data(), dat.size()}, {config.data(), config.size()}};
+    const std::vector<char> src(given_src.begin(), given_src.end()), dat(given_dat.begin(), given_dat.end()),
+        config(given_config.begin(), given_config.end());
+    const ProgramText text = program_text({src.data(), src.size()}, {dat.data(), dat.size()},
+                                          {config.data(), config.size()});
     const auto program = read_program(text, {});
     if (!program) {
       EXPECT_FALSE(program.error().what.empty());
@@ -327,13 +327,13 @@ TEST(KrlCorpus, SurvivesAnyMutationAndTruncation) {
     for (int trial = 0; trial < 500 / share(); ++trial) {
       const std::string src = mutated(files.src, random), dat = mutated(files.dat, random),
                         config = mutated(files.config, random);
-      read({src, files.dat, files.config});
-      read({files.src, dat, config});
+      read(src, files.dat, files.config);
+      read(files.src, dat, config);
     }
     for (std::size_t length = 0; length < files.src.size(); length += 7)
-      read({std::string_view(files.src).substr(0, length), files.dat, files.config});
+      read(std::string_view(files.src).substr(0, length), files.dat, files.config);
     for (std::size_t length = 0; length < files.dat.size(); length += 7)
-      read({files.src, std::string_view(files.dat).substr(0, length), files.config});
+      read(files.src, std::string_view(files.dat).substr(0, length), files.config);
   }
   EXPECT_GT(readable, 2000 / share());
 }

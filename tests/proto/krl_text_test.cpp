@@ -41,7 +41,7 @@ std::expected<Aggregate, Fault> aggregate_of(const Statement& statement) {
 
 std::string reason(const std::string& text) {
   const Statement statement(text);
-  const auto position = position_of(aggregate_of(statement).value(), File::Src);
+  const auto position = position_of(aggregate_of(statement).value(), 0);
   return position ? "" : position.error();
 }
 

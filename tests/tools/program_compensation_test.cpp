@@ -19,7 +19,6 @@
 namespace truepose::tools {
 namespace {
 
-using krl::File;
 using krl::PositionForm;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -44,8 +43,8 @@ struct Corrected {
       return;
     }
     done = std::move(*result);
-    after.src = krl::rewritten(before.src, done.src_edits);
-    after.dat = krl::rewritten(before.dat, done.dat_edits);
+    after.src = krl::rewritten(before.src, done.edits[0]);
+    after.dat = krl::rewritten(before.dat, done.edits[1]);
     program_after = krl::read_program(after.text(), {}).value();
   }
   Corrected(std::string src, std::string dat, const RobotModel& real = kReal,
@@ -124,7 +123,7 @@ int expect_the_real_arm_where_the_nominal_one_was(const Corrected& corrected) {
     };
     q_before = controller_joints(before, flange(before), q_before);
     q_after = controller_joints(after, flange(after), q_after);
-    if (before.spot.file == File::Config) continue;
+    if (before.spot.file == 2) continue;
     const Eigen::Isometry3d wanted = forward_kinematics(kNominal, q_before) * X_tool;
     const Eigen::Isometry3d found = forward_kinematics(kReal, q_after) * X_tool;
     EXPECT_LT((found.translation() - wanted.translation()).norm(), 1e-6) << "step " << i;

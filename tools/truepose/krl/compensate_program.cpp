@@ -1,170 +1,72 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <boost/json.hpp>
 #include <iostream>
 
 #include "config/text_file.hpp"
-#include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/krl/places.hpp"
-#include "tools/truepose/krl/program_compensation.hpp"
+#include "tools/truepose/krl/program_report.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 
 namespace truepose::tools {
 namespace {
 
-namespace json = boost::json;
 using config::ConfigError;
 using config::TextFile;
 
-// ---- What was done, as text and as a document ----
-
-/// The files of a program as the operator named them, to say where something stands.
-class ProgramPlaces {
- public:
-  ProgramPlaces(const krl::ProgramText& text, const CompensateOptions& options)
-      : names_{options.src.string(), options.dat.string(), options.config_dat.string()},
-        places_{krl::Places(text.src), krl::Places(text.dat), krl::Places(text.config)} {}
-
-  const std::string& file(krl::Spot spot) const { return names_[static_cast<std::size_t>(spot.file)]; }
-  krl::Place place(krl::Spot spot) const { return places_[static_cast<std::size_t>(spot.file)].of(spot.at); }
-  /// "P.src:12"
-  std::string line(krl::Spot spot) const { return fmt::format("{}:{}", file(spot), place(spot).line); }
-  /// "P.src:12:3"
-  std::string line_and_column(krl::Spot spot) const {
-    return fmt::format("{}:{}", line(spot), place(spot).column);
-  }
-
- private:
-  std::array<std::string, 3> names_;  // in the order of krl::File
-  std::array<krl::Places, 3> places_;
-};
-
-double mean(const std::vector<PointChange>& changes, double PointChange::*measure) {
-  double sum = 0;
-  for (const PointChange& change : changes) sum += change.*measure;
-  return changes.empty() ? 0 : sum / static_cast<double>(changes.size());
-}
-
-const PointChange& largest(const std::vector<PointChange>& changes, double PointChange::*measure) {
-  return *std::ranges::max_element(changes, {}, measure);
-}
-
-std::string named(const PointChange& change, const ProgramPlaces& places) {
-  const std::string line = places.line(change.spot);
-  return change.name.empty() ? line : change.name + ", " + line;
-}
-
-std::string described(const krl::LeftAlone& left, const ProgramPlaces& places) {
-  const std::string because = left.because ? " (" + places.line(*left.because) + ")" : "";
-  const std::string name = left.name.empty() ? "" : left.name + ": ";
-  return fmt::format("  {}: {}{}{}\n", places.line(left.spot), name, left.why, because);
-}
-
-std::string section(const char* title, const ProgramCompensation& done, const ProgramPlaces& places,
-                    bool absolute) {
-  std::string text;
-  for (const krl::LeftAlone& left : done.left) {
-    if (left.absolute == absolute) text += described(left, places);
-  }
-  return text.empty() ? text : std::string(title) + ":\n" + text;
-}
-
-json::object placed(krl::Spot spot, const ProgramPlaces& places) {
-  return {{"file", places.file(spot)}, {"line", places.place(spot).line}};
-}
-
-json::object entry(const PointChange& change, const ProgramPlaces& places) {
-  json::object object = placed(change.spot, places);
-  object["name"] = change.name;
-  object["mm"] = change.mm;
-  object["deg"] = change.deg;
-  return object;
-}
-
-json::object entry(const krl::LeftAlone& left, const ProgramPlaces& places) {
-  json::object object = placed(left.spot, places);
-  object["name"] = left.name;
-  object["why"] = left.why;
-  if (left.because) object["because"] = placed(*left.because, places);
-  object["absolute"] = left.absolute;
-  return object;
-}
-
-json::object entry(const krl::Note& note, const ProgramPlaces& places) {
-  json::object object = placed(note.spot, places);
-  object["text"] = note.text;
-  return object;
-}
-
-template <typename Item>
-json::array entries(const std::vector<Item>& items, const ProgramPlaces& places) {
-  json::array array;
-  for (const Item& item : items) array.push_back(entry(item, places));
-  return array;
-}
-
-/// What was done to a program, for a terminal.
-std::string program_summary(const ProgramCompensation& done, const ProgramPlaces& places) {
-  std::string text = fmt::format("{}: {} of {} positions changed\n", places.file({krl::File::Src, 0}),
-                                 done.changes.size(), done.points);
-  if (!done.changes.empty()) {
-    const PointChange& mm = largest(done.changes, &PointChange::mm);
-    const PointChange& deg = largest(done.changes, &PointChange::deg);
-    text += fmt::format("  mean     {:.3f} mm, {:.4f} deg\n", mean(done.changes, &PointChange::mm),
-                        mean(done.changes, &PointChange::deg));
-    text += fmt::format("  largest  {:.3f} mm ({}), {:.4f} deg ({})\n", mm.mm, named(mm, places), deg.deg,
-                        named(deg, places));
-  }
-  text += section("Left as they are, though the arm goes to a fixed place", done, places, true);
-  text += section("Left as they are", done, places, false);
-  if (!done.notes.empty()) text += "Note:\n";
-  for (const krl::Note& note : done.notes)
-    text += fmt::format("  {}: {}\n", places.line(note.spot), note.text);
-  return text;
-}
-
-/// The same as one document: {"points", "changed", "mean_mm", "mean_deg", "largest_mm", "largest_deg",
-/// "changes": [{file, line, name, mm, deg}], "left": [{file, line, name, why, because, absolute}],
-/// "notes": [{file, line, text}]}.
-json::object program_document(const ProgramCompensation& done, const ProgramPlaces& places) {
-  json::object document{{"points", done.points},
-                        {"changed", done.changes.size()},
-                        {"mean_mm", mean(done.changes, &PointChange::mm)},
-                        {"mean_deg", mean(done.changes, &PointChange::deg)}};
-  if (!done.changes.empty()) {
-    document["largest_mm"] = entry(largest(done.changes, &PointChange::mm), places);
-    document["largest_deg"] = entry(largest(done.changes, &PointChange::deg), places);
-  }
-  document["changes"] = entries(done.changes, places);
-  document["left"] = entries(done.left, places);
-  document["notes"] = entries(done.notes, places);
-  return document;
-}
-
 // ---- The files ----
 
-std::string bytes_of(const std::filesystem::path& file) {
-  return file.empty() ? std::string{} : config::read_bytes(file);
+/// The files of a program, in the order of its ProgramText.
+struct ProgramFiles {
+  std::vector<std::string> names, bytes;
+  std::vector<std::string> out;  ///< where each is to be written; empty: nowhere
+  krl::ProgramText text;
+};
+
+/// The data list of a program has its name, where several are given; of the others what is GLOBAL counts.
+std::string module_of(const std::filesystem::path& dat, const CompensateOptions& options) {
+  const bool is_own = options.dats.size() == 1 || krl::in_capitals(dat.stem().string()) ==
+                                                      krl::in_capitals(options.src.stem().string());
+  return is_own ? "" : dat.string();
 }
 
-void require_place(bool is_changed, const std::filesystem::path& in, const std::filesystem::path& out,
-                   const char* option) {
-  if (is_changed && out.empty())
-    throw ConfigError(in.string() + ": positions in it change too; say where to write it with " + option);
+ProgramFiles files_of(const CompensateOptions& options) {
+  using Role = krl::SourceText::Role;
+  ProgramFiles files;
+  std::vector<krl::SourceText>& texts = files.text.files;
+  const auto add = [&](const std::filesystem::path& file, krl::SourceText source, const std::string& out) {
+    files.names.push_back(file.string());
+    files.bytes.push_back(config::read_bytes(file));
+    files.out.push_back(out);
+    texts.push_back(std::move(source));
+  };
+  add(options.src, {.role = Role::Program}, options.out_file);
+  for (std::size_t i = 0; i < options.dats.size(); ++i)
+    add(options.dats[i], {.role = Role::Data, .module = module_of(options.dats[i], options)},
+        i < options.out_dats.size() ? options.out_dats[i] : "");
+  if (!options.config_dat.empty())
+    add(options.config_dat, {.role = Role::Config, .module = "$CONFIG", .is_changeable = false}, "");
+  for (std::size_t i = 0; i < texts.size(); ++i) texts[i].text = files.bytes[i];
+  return files;
 }
 
-void write(const CompensateOptions& options, const krl::ProgramText& text, const ProgramCompensation& done) {
-  std::vector<TextFile> files;
-  if (options.out_file.empty() && options.out_dat.empty()) return;
-  require_place(!done.src_edits.empty(), options.src, options.out_file, "--out");
-  require_place(!done.dat_edits.empty(), options.dat, options.out_dat, "--out-dat");
-  if (!options.out_file.empty())
-    files.push_back({options.out_file, krl::rewritten(text.src, done.src_edits)});
-  if (!options.out_dat.empty()) files.push_back({options.out_dat, krl::rewritten(text.dat, done.dat_edits)});
-  config::write_together(files);
+void write(const CompensateOptions& options, const ProgramFiles& files, const ProgramCompensation& done) {
+  if (options.out_file.empty() && options.out_dats.empty()) return;
+  std::vector<TextFile> written;
+  for (std::size_t file = 0; file < files.out.size(); ++file) {
+    const auto edits = done.edits.find(file);
+    if (edits != done.edits.end() && files.out[file].empty())
+      throw ConfigError(files.names[file] + ": positions in it change too; say where to write it with " +
+                        (file == 0                    ? "--out"
+                         : options.dats.size() == 1 ? "--out-dat"
+                                                    : "--out-dat, one for each --dat in their order"));
+    if (files.out[file].empty()) continue;
+    written.push_back({files.out[file], krl::rewritten(files.text.files[file].text,
+                                                       edits == done.edits.end() ? std::vector<krl::Edit>{}
+                                                                                 : edits->second)});
+  }
+  config::write_together(written);
 }
 
 // ---- Tools and bases that were measured ----
@@ -203,16 +105,14 @@ int run_compensate_program(const CompensateOptions& options, const RobotModel& n
   const auto inverse = StatusTurnInverse::of(nominal);
   if (!inverse) throw ConfigError(options.arm.robot.string() + ": " + inverse.error());
 
-  const std::string src = bytes_of(options.src), dat = bytes_of(options.dat),
-                    config_dat = bytes_of(options.config_dat);
-  const krl::ProgramText text{src, dat, config_dat};
-  const ProgramPlaces places(text, options);
+  const ProgramFiles files = files_of(options);
+  const ProgramPlaces places(files.text, files.names);
   const auto refuse = [&](const krl::ProgramFault& fault) -> ConfigError {
     return ConfigError(places.line_and_column(fault.spot) + ": " + fault.what);
   };
   const auto tool = tool_of(options.tool, "--tool", nominal, model);
   const auto base = base_of(options.base, "--base", model);
-  const auto program = krl::read_program(text, start_of(tool, base));
+  const auto program = krl::read_program(files.text, start_of(tool, base));
   if (!program) throw refuse(program.error());
   refuse_unused(*program, "--tool", "TOOL_DATA", tool ? tool->number : 0, &krl::Step::tool);
   refuse_unused(*program, "--base", "BASE_DATA", base ? base->number : 0, &krl::Step::base);
@@ -220,11 +120,11 @@ int run_compensate_program(const CompensateOptions& options, const RobotModel& n
                                        real_frames(tool, base));
   if (!done) throw refuse(done.error());
 
-  write(options, text, *done);
+  write(options, files, *done);
   if (options.as_json) {
     std::cout << control::json_text(program_document(*done, places)) << '\n';
   } else {
-    std::cout << program_summary(*done, places);
+    std::cout << program_summary(options.src.string(), *done, places);
   }
   const auto uncorrected = std::ranges::count_if(done->left, &krl::LeftAlone::absolute);
   if (uncorrected == 0) return kDone;

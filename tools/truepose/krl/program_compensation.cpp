@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <sstream>
 
@@ -16,7 +17,6 @@
 namespace truepose::tools {
 namespace {
 
-using krl::File;
 using krl::FrameValue;
 using krl::Point;
 using krl::PositionForm;
@@ -87,6 +87,12 @@ std::optional<std::string> missing(const FrameValue& frame, bool is_tool) {
 std::optional<krl::Hindrance> uncertain(const FrameValue& frame, bool is_tool) {
   const std::string number = "_DATA[" + std::to_string(frame.number) + "]";
   if (frame.state == State::Known) return std::nullopt;
+  if (frame.state == State::Unset)
+    return krl::Hindrance{"the program does not set " + std::string(is_tool ? "the tool" : "the base") +
+                              " of this motion; a program that calls it may",
+                          {}};
+  if (frame.state == State::NoData)
+    return krl::Hindrance{(is_tool ? "TOOL" : "BASE") + number + " is not known: no $config.dat has it", {}};
   if (frame.state == State::Moving)
     return krl::Hindrance{"BASE" + number + " is carried by an external axis", {}};
   if (frame.state == State::Written)
@@ -103,13 +109,15 @@ std::optional<krl::Hindrance> uncertain(const FrameValue& frame, bool is_tool) {
 class Compensator {
  public:
   Compensator(const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
-              const RobotModel& calibrated, const CompensationOptions& bounds, const RealFrames& real)
+              const RobotModel& calibrated, const CompensationOptions& bounds, const RealFrames& real,
+              bool is_archive)
       : program_{program},
         nominal_{nominal},
         inverse_{inverse},
         calibrated_{calibrated},
         bounds_{bounds},
         real_{real},
+        is_archive_{is_archive},
         states_(program.points.size()) {
     result_.left = program.left;
     result_.notes = program.notes;
@@ -121,7 +129,7 @@ class Compensator {
     }
     for (std::size_t i = 0; i < states_.size(); ++i) {
       const Point& point = program_.points[i];
-      if (point.position.spot.file == File::Config) continue;
+      if (!point.is_changeable) continue;
       ++result_.points;
       const auto& correction = states_[i].correction;
       if (!correction || correction->is_none) continue;
@@ -147,10 +155,10 @@ class Compensator {
       return {};
     }
     const Point& point = program_.points[*step.point];
-    const bool is_ours = point.position.spot.file != File::Config;
+    const bool is_ours = point.is_changeable;
     if (point.position.form == PositionForm::Cartesian) {
       const auto tool_missing = missing(tool(step), true), base_missing = missing(base(step), false);
-      if (is_ours && !step.fixed_tool && (tool_missing || base_missing))
+      if (is_ours && !step.fixed_tool && !is_archive_ && (tool_missing || base_missing))
         return std::unexpected(krl::ProgramFault{step.spot, tool_missing ? *tool_missing : *base_missing});
     }
     const auto q = nominal_joints(step, point);
@@ -235,7 +243,7 @@ class Compensator {
     if (noted_.insert(text).second) result_.notes.push_back({spot, std::string(text)});
   }
   void add_edits(const Point& point, const Correction& correction) {
-    auto& edits = point.position.spot.file == File::Src ? result_.src_edits : result_.dat_edits;
+    std::vector<krl::Edit> edits;
     const bool of_axes = point.position.form == PositionForm::Axes;
     for (std::size_t i = 0; i < 6; ++i) {
       const krl::Number& number = point.position.values[i];
@@ -247,11 +255,11 @@ class Compensator {
       if (krl::is_changed(number, value))
         edits.push_back({number.begin, number.end, krl::number_text(value)});
     }
-    if (!of_axes) add_status_turn_edits(point, correction.status_turn);
+    if (!of_axes) add_status_turn_edits(point, correction.status_turn, edits);
+    if (!edits.empty()) std::ranges::move(edits, std::back_inserter(result_.edits[point.position.spot.file]));
   }
 
-  void add_status_turn_edits(const Point& point, const StatusTurn& now) {
-    auto& edits = point.position.spot.file == File::Src ? result_.src_edits : result_.dat_edits;
+  void add_status_turn_edits(const Point& point, const StatusTurn& now, std::vector<krl::Edit>& edits) {
     const auto write = [&](const char* name, const std::optional<krl::Number>& number, int mask, int value) {
       if (!number) return;
       const int old = static_cast<int>(number->value), changed = (old & ~mask) | value;
@@ -298,6 +306,7 @@ class Compensator {
   const RobotModel& calibrated_;
   const CompensationOptions& bounds_;
   const RealFrames& real_;
+  bool is_archive_;
   std::map<int, TargetCompensation> compensations_;  // by the tool's number; 0: as the program has it
   std::vector<PointState> states_;
   std::optional<JointVector> q_near_;  // of the target before
@@ -309,8 +318,8 @@ class Compensator {
 
 std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(
     const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
-    const RobotModel& calibrated, const CompensationOptions& bounds, const RealFrames& real) {
-  return Compensator(program, nominal, inverse, calibrated, bounds, real).run();
+    const RobotModel& calibrated, const CompensationOptions& bounds, const RealFrames& real, bool is_archive) {
+  return Compensator(program, nominal, inverse, calibrated, bounds, real, is_archive).run();
 }
 
 }  // namespace truepose::tools

@@ -21,7 +21,7 @@ struct PointChange {
 
 /// What becomes of the positions of a program.
 struct ProgramCompensation {
-  std::vector<krl::Edit> src_edits, dat_edits;
+  std::map<std::size_t, std::vector<krl::Edit>> edits;  ///< by file of the ProgramText; files without any are not in it
   std::size_t points = 0;  ///< that motions go to and that the texts tell
   std::vector<PointChange> changes;
   std::vector<krl::LeftAlone> left;
@@ -43,10 +43,12 @@ struct RealFrames {
 /// A position is left alone where it is out of reach or beyond a joint limit, where the correction is too
 /// large to be one, and where two motions use it with different tools or bases.
 /// @param inverse  of `nominal`
+/// @param is_archive  a motion whose tool or base is not known is left alone too
 /// @param real     of frames that are not where the program has them
 /// Errors: a Cartesian motion whose tool or base is not known.
 std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(
     const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
-    const RobotModel& calibrated, const CompensationOptions& bounds = {}, const RealFrames& real = {});
+    const RobotModel& calibrated, const CompensationOptions& bounds = {}, const RealFrames& real = {},
+    bool is_archive = false);
 
 }  // namespace truepose::tools

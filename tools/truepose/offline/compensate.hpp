@@ -30,7 +30,11 @@ struct CompensateOptions {
   double most_residual_mm = 0.01;  ///< of position, likewise
 
   // A KRL program
-  std::filesystem::path src, dat, config_dat, out_dat;
+  std::filesystem::path src, config_dat;
+  std::vector<std::string> dats, out_dats;
+
+  // All programs of a controller
+  std::filesystem::path archive;  ///< folder or .zip; out_file is the folder for what changes
 };
 
 /// Solves the targets one by one and writes the joints to command: rows as they come, or one JSON document.
@@ -41,6 +45,11 @@ int run_compensate_targets(const CompensateOptions& options, const RobotModel& n
 /// Corrects a KRL program, writes it where that was asked for, and prints what was done. Throws CommandError
 /// where a position stays uncorrected that should not, and ConfigError; then nothing is written.
 int run_compensate_program(const CompensateOptions& options, const RobotModel& nominal,
+                           const config::ModelFile& model);
+
+/// The same for all programs of a controller's archive: the files that change are written below the folder
+/// out_file, all or none.
+int run_compensate_archive(const CompensateOptions& options, const RobotModel& nominal,
                            const config::ModelFile& model);
 
 }  // namespace truepose::tools

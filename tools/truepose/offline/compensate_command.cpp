@@ -54,6 +54,7 @@ int run_compensate(const CompensateCommand& command) {
   config::ModelFile kept = loaded_model(command, nominal);
   if (!command.temperature_c.empty()) check_temperatures(command, kept);
   const config::ModelFile model = as_warm(kept, command.temperature_c, options.arm.model);
+  if (!options.archive.empty()) return run_compensate_archive(options, nominal, model);
   return options.src.empty() ? run_compensate_targets(options, nominal, model)
                              : run_compensate_program(options, nominal, model);
 }
@@ -77,10 +78,15 @@ Command compensate_command() {
                "the nominal one would have. Paths between them stay the controller's. $WORLD is taken as the "
                "robot's foot",
                {.is_subject = true, .file = FileUse::Read}),
-           Option("--dat", &o.dat, "Data list of the program (DAT)",
-                  {.needs = {"--program"}, .file = FileUse::Read}),
-           Option("--out-dat", &o.out_dat, "Write the data list here",
-                  {.needs = {"--program", "--dat"}, .file = FileUse::Written}),
+           Option("--dat", &o.dats,
+                  "Data list of the program (DAT); given again, others whose GLOBAL positions it uses",
+                  {.repeats = true, .needs = {"--program"}, .file = FileUse::Read}),
+           Option("--out-dat", &o.out_dats, "Write the data list here; one for each --dat, in their order",
+                  {.repeats = true, .needs = {"--program", "--dat"}, .file = FileUse::Written}),
+           Option("--archive", &o.archive,
+                  "All programs of a controller: the folder that holds KRC, or the archive's .zip. Positions that "
+                  "several programs use are corrected once; --out is a folder, which gets the files that change",
+                  {.excludes = {"--tool", "--base"}, .is_subject = true, .file = FileUse::Read}),
            Option("--config-dat", &o.config_dat,
                   "The controller's $config.dat: TOOL_DATA, BASE_DATA, home positions",
                   {.needs = {"--program"}, .file = FileUse::Read}),
@@ -123,23 +129,23 @@ Command compensate_command() {
                {.needs = {"--poses"}}),
            Option("--position-only", &o.position_only,
                   "Only the position counts: the smallest change of the joints that reaches it",
-                  {.excludes = {"--program"}}),
+                  {.excludes = {"--program", "--archive"}}),
            Option("--unit", &o.unit, "What turning joints of --joints are given in: deg (the default) or rad",
                   {.check = member_of({"deg", "rad"}), .needs = {"--joints"}}),
            Option(
                "--most-residual", &o.most_residual_deg,
                "Rows of which more orientation (deg) is given up next to a singularity are counted, and the command "
                "ends with 1",
-               {.shows_default = true, .check = in_range(0.0, 180.0), .excludes = {"--program"}}),
+               {.shows_default = true, .check = in_range(0.0, 180.0), .excludes = {"--program", "--archive"}}),
            Option("--most-residual-mm", &o.most_residual_mm, "The same for the position (mm)",
-                  {.shows_default = true, .check = in_range(0.0, 1000.0), .excludes = {"--program"}}),
+                  {.shows_default = true, .check = in_range(0.0, 1000.0), .excludes = {"--program", "--archive"}}),
            Option(
                "--temperatures", &c.temperature_c,
                "Of the drives (C), one a joint, for a model that knows what warmth does; otherwise its reference",
                {.check = in_range(-50.0, 200.0)}),
            Option("--report", &o.report_file,
                   "Write corrections, residuals and standard deviations as charts here (HTML)",
-                  {.excludes = {"--program"}, .file = FileUse::Written}),
+                  {.excludes = {"--program", "--archive"}, .file = FileUse::Written}),
            Option("--singular-below", &c.singular_below_deg,
                   "Angle (deg) between axes 4 and 6 below which corrections may be damped, position before "
                   "orientation; 0 = never",
@@ -152,7 +158,7 @@ Command compensate_command() {
                "Targets that would correct a joint by more (deg) are refused: only a singularity asks for it",
                {.shows_default = true, .check = in_range(0.001, 180.0)}),
            Option("--out", &o.out_file,
-                  "Write the joint positions (CSV; - is standard output) or the program here",
+                  "Write the joint positions (CSV; - is standard output), the program or the archive's files here",
                   {.file = FileUse::Written}),
            Option("--json", &o.as_json, "One JSON document")},
       .run = [command] { return run_compensate(*command); },
