@@ -111,6 +111,7 @@ std::expected<Aggregate, Fault> read_aggregate(Tokens tokens, std::size_t& next)
       aggregate.fields.push_back(*field);
     }
     i = end + 1;
+    aggregate.closed_at = tokens[end].at;
     if (tokens[end].is('}')) break;
   }
   next = i;

@@ -32,6 +32,7 @@ struct Field {
 /// `{X 1.0,Y 2.0}`, or `{FRAME: X 1.0,Y 2.0}`.
 struct Aggregate {
   std::size_t at = 0;
+  std::size_t closed_at = 0;  ///< byte offset of its closing brace
   std::vector<Field> fields;
 
   /// @param name  in capitals

@@ -8,6 +8,7 @@
 #include "proto/krl/frame_flow.hpp"
 #include "proto/krl/frame_state.hpp"
 #include "proto/krl/variables.hpp"
+#include "proto/text/kuka_names.hpp"
 
 namespace truepose::krl {
 namespace {
@@ -64,6 +65,41 @@ Tokens assignments_of(Tokens statement) {
   return assignments;
 }
 
+/// Subprograms that do not move the arm.
+bool moves_nothing(const Token& called) {
+  return std::ranges::any_of(
+      std::array{"BAS",    "PULSE",   "SWRITE", "SREAD", "MSGNOTIFY", "VARSTATE", "ABS",      "SQRT",
+                 "SIN",    "COS",     "TAN",    "ACOS",  "ATAN2",     "STRLEN",   "STRCLEAR", "STRCOPY",
+                 "STRADD", "STRCOMP", "FOR",    "SEC",   "IF",        "AND",      "OR",       "NOT"},
+      [&](const char* name) { return called.is(std::string_view(name)); });
+}
+
+/// Whether the arm may stand elsewhere behind a statement that is no motion: it jumps, branches or calls.
+bool may_move_on(Tokens statement) {
+  constexpr std::array<std::string_view, 6> kTurns = {"ELSE", "CASE", "DEFAULT", "GOTO", "RETURN", "RESUME"};
+  const Token& first = statement[0];
+  if (nesting_of(first) != 0 || std::ranges::any_of(kTurns, [&](auto word) { return first.is(word); }))
+    return true;
+  if (statement.size() > 1 && statement[1].is(':')) return true;  // a label
+  for (std::size_t i = 0; i + 1 < statement.size(); ++i) {
+    const bool is_call = statement[i].kind == TokenKind::Name && statement[i + 1].is('(');
+    if (is_call && !moves_nothing(statement[i])) return true;
+  }
+  return false;
+}
+
+/// X, Y, Z, A, B, C or A1..A6, all plain numbers or not given; nothing where it has anything else.
+std::optional<std::array<std::optional<Number>, 6>> numbers_of(const Aggregate& aggregate, bool of_axes) {
+  std::array<std::optional<Number>, 6> numbers;
+  const auto& names = of_axes ? kAxisNames : kPoseNames;
+  for (const Field& field : aggregate.fields) {
+    const auto name = std::ranges::find(names, in_capitals(field.name));
+    if (name == names.end() || !field.number) return std::nullopt;
+    numbers[static_cast<std::size_t>(name - names.begin())] = field.number;
+  }
+  return numbers;
+}
+
 /// A cell's home positions, which the controller declares for all programs.
 bool is_home(std::string_view name) { return in_capitals(name).starts_with("XHOME"); }
 
@@ -86,6 +122,9 @@ class Reader {
   void read_part_target(Tokens target, Spot spot);
   void go_to(std::size_t variable, std::string_view name, Spot spot);
   std::optional<std::size_t> point_of(std::size_t variable);
+  std::expected<void, Fault> read_relative(Tokens statement, Spot spot);
+  std::expected<bool, Fault> read_shifted(Tokens target, Spot spot);
+  void add_offset(Spot spot);
   void note_change(const FrameState::InForce& before, Spot spot);
   void add_step(Spot spot, std::optional<std::size_t> point);
   void leave(Spot spot, std::string_view name, Hindrance hindrance, bool absolute);
@@ -100,6 +139,7 @@ class Reader {
   std::size_t file_ = 0, routine_ = 0;
   int nesting_ = 0;
   bool noted_change_ = false;
+  bool knows_place_ = false;  // the arm comes from the step before, whatever happened between
   std::optional<FrameState::InForce> before_spline_;
   std::unordered_map<std::size_t, std::size_t> point_of_variable_;
   std::set<std::size_t> used_;                     // variables that motions go to
@@ -115,6 +155,7 @@ std::expected<void, Fault> Reader::read(std::size_t file) {
   nesting_ = 0;
   noted_change_ = false;
   before_spline_.reset();
+  knows_place_ = false;
   frames_.begin(file, source.module, flow->interrupts);
   StatementReader reader(source.text);
   while (true) {
@@ -147,12 +188,10 @@ std::expected<void, Fault> Reader::read_statement(Tokens statement) {
   // A variable may be called like a motion.
   const bool is_assignment = statement.size() > 1 && (statement[1].is('=') || statement[1].is('.'));
   const Motion motion = is_assignment ? Motion::None : motion_of(statement);
-  if (motion == Motion::Relative) {
-    leave(spot, {}, {std::string(statement[0].text) + " is relative to where the arm stands", {}}, false);
-    return {};
-  }
+  if (motion == Motion::Relative) return read_relative(statement, spot);
   if (motion != Motion::None) return read_motion(statement, motion == Motion::Circular ? 2 : 1);
 
+  if (may_move_on(statement)) knows_place_ = false;
   const auto before = frames_.in_force();
   if (statement[0].is("SPLINE") || statement[0].is("PTP_SPLINE")) {
     before_spline_ = before;
@@ -165,6 +204,79 @@ std::expected<void, Fault> Reader::read_statement(Tokens statement) {
   const auto done = frames_.carry_out(statement, routine_);
   if (done) note_change(before, spot);
   return done;
+}
+
+/// LIN_REL and the like: corrected where the text tells from where the arm comes.
+std::expected<void, Fault> Reader::read_relative(Tokens statement, Spot spot) {
+  const auto leave_it = [&] {
+    leave(spot, {}, {std::string(statement[0].text) + " is relative to where the arm stands", {}}, false);
+    knows_place_ = false;
+    return std::expected<void, Fault>{};
+  };
+  if (statement.size() < 2 || !statement[1].is('{')) return leave_it();
+  std::size_t next = 1;
+  const auto aggregate = read_aggregate(statement, next);
+  if (!aggregate) return std::unexpected(aggregate.error());
+  const bool of_axes =
+      std::ranges::any_of(kAxisNames, [&](auto name) { return aggregate->find(name) != nullptr; });
+  const auto numbers = numbers_of(*aggregate, of_axes);
+  const bool is_known = statement[0].is("LIN_REL") || statement[0].is("SLIN_REL") ||
+                        ((statement[0].is("PTP_REL") || statement[0].is("SPTP_REL")) && of_axes);
+  if (!numbers || !is_known || !knows_place_) return leave_it();
+  const bool in_tool = next < statement.size() && statement[next].is("#TOOL");
+  program_.offsets.push_back({.kind = of_axes   ? Offset::Kind::Axes
+                                      : in_tool ? Offset::Kind::Tool
+                                                : Offset::Kind::Base,
+                              .spot = {file_, aggregate->at},
+                              .numbers = *numbers,
+                              .closed_at = aggregate->closed_at,
+                              .is_empty = aggregate->fields.empty()});
+  const auto before = frames_.in_force();
+  if (const auto done = frames_.carry_out_list(assignments_of(statement), routine_); !done) return done;
+  add_offset(spot);
+  frames_.restore(before);
+  return {};
+}
+
+void Reader::add_offset(Spot spot) {
+  add_step(spot, std::nullopt);
+  program_.steps.back().offset = program_.offsets.size() - 1;
+  knows_place_ = true;
+}
+
+/// `P:{..}` and `{..}:P`, where the text tells the point. @return whether it is one of these
+std::expected<bool, Fault> Reader::read_shifted(Tokens target, Spot spot) {
+  const auto colon = std::ranges::find_if(target, [depth = 0](const Token& token) mutable {
+    if (token.opens()) ++depth;
+    if (token.closes()) --depth;
+    return depth == 0 && token.is(':');
+  });
+  if (colon == target.end()) return false;
+  const Tokens left(target.begin(), colon), right(colon + 1, target.end());
+  if (left.empty() || right.empty()) return false;
+  const bool is_behind = right[0].is('{');
+  const Tokens shift = is_behind ? right : left, point = is_behind ? left : right;
+  if (!shift[0].is('{') || point[0].kind != TokenKind::Name) return false;
+  if (end_of_variable(point, 0) != point.size()) return false;
+  const Scope scope{text_.files[file_].module, routine_};
+  const auto variable =
+      point.size() == 1 ? variables_.find(point[0].text, scope) : variables_.find_element(point, scope);
+  const auto its = variable ? point_of(*variable) : std::nullopt;
+  if (!its || program_.points[*its].position.form != PositionForm::Cartesian) return false;
+  std::size_t next = 0;
+  const auto aggregate = read_aggregate(shift, next);
+  if (!aggregate) return std::unexpected(aggregate.error());
+  const auto position = position_of(*aggregate, file_);
+  if (next != shift.size() || !position || position->form != PositionForm::Cartesian) return false;
+  used_.insert(*variable);
+  Offset offset{.kind = is_behind ? Offset::Kind::Behind : Offset::Kind::Before,
+                .point = its,
+                .spot = {file_, aggregate->at},
+                .closed_at = aggregate->closed_at};
+  std::ranges::copy(position->values, offset.numbers.begin());
+  program_.offsets.push_back(offset);
+  add_offset(spot);
+  return true;
 }
 
 void Reader::note_change(const FrameState::InForce& before, Spot spot) {
@@ -196,11 +308,19 @@ std::expected<void, Fault> Reader::read_motion(Tokens statement, int targets) {
     if (const auto done = read_target(target, {file_, target[0].at}); !done) return done;
     if (i < statement.size() && statement[i].is(',')) ++i;
   }
+  if (targets == 2 && i < statement.size() && statement[i].is("CA")) {
+    const Spot spot{file_, statement[0].at};
+    leave(spot, {}, {"with CA the arc ends at an angle, and at no position of the program", {}}, true);
+    add_step(spot, std::nullopt);
+  }
   frames_.restore(before);
   return {};
 }
 
 std::expected<void, Fault> Reader::read_target(Tokens target, Spot spot) {
+  const auto is_shifted = read_shifted(target, spot);
+  if (!is_shifted) return std::unexpected(is_shifted.error());
+  if (*is_shifted) return {};
   if (target[0].is('{')) {
     std::size_t next = 0;
     const auto aggregate = read_aggregate(target, next);
@@ -241,8 +361,7 @@ void Reader::read_part_target(Tokens target, Spot spot) {
 void Reader::read_variable_target(const Token& name, Spot spot) {
   const auto index = variables_.find(name.text, {text_.files[file_].module, routine_});
   const bool is_system = name.text.starts_with('$');
-  const bool is_elsewhere =
-      !index || source_of(variables_.all()[*index]).role == SourceText::Role::Config;
+  const bool is_elsewhere = !index || source_of(variables_.all()[*index]).role == SourceText::Role::Config;
   if (is_system || (is_elsewhere && is_home(name.text))) {
     leave(spot, name.text,
           {is_system ? "is a variable of the controller" : "is a home position of the cell", {}}, false);
@@ -281,7 +400,13 @@ void Reader::go_to(std::size_t index, std::string_view name, Spot spot) {
 
 void Reader::add_step(Spot spot, std::optional<std::size_t> point) {
   const auto& now = frames_.in_force();
-  program_.steps.push_back({spot, point, now.tool, now.base, now.fixed_tool});
+  program_.steps.push_back({.spot = spot,
+                            .point = point,
+                            .offset = {},
+                            .tool = now.tool,
+                            .base = now.base,
+                            .fixed_tool = now.fixed_tool});
+  knows_place_ = point.has_value();
 }
 
 void Reader::leave(Spot spot, std::string_view name, Hindrance hindrance, bool absolute) {
@@ -305,7 +430,8 @@ void Reader::leave_unused() {
 
 ProgramText program_text(std::string_view src, std::string_view dat, std::string_view config) {
   using Role = SourceText::Role;
-  return {.files = {{Role::Program, "", src}, {Role::Data, "", dat}, {Role::Config, "$CONFIG", config, false}}};
+  return {
+      .files = {{Role::Program, "", src}, {Role::Data, "", dat}, {Role::Config, "$CONFIG", config, false}}};
 }
 
 std::expected<Program, ProgramFault> read_program(const ProgramText& text, const StartFrames& start) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -59,13 +60,31 @@ struct Point {
   bool is_changeable = true;  ///< as SourceText::is_changeable
 };
 
-/// A target of the arm, in the order of the text. One without a point tells that from there on the place of
-/// the arm is not known.
+/// Numbers from which a motion makes its target.
+struct Offset {
+  enum class Kind {
+    Behind,  ///< `P:{..}`, in the frame of a point
+    Before,  ///< `{..}:P`, of which the point is in the frame
+    Base,    ///< relative to where the arm stands, along the base: added to X, Y, Z, A, B, C
+    Tool,    ///< the same along the tool
+    Axes,    ///< the same of the axes
+  };
+  Kind kind = Kind::Behind;
+  std::optional<std::size_t> point;  ///< of Program::points: that of Behind and Before
+  Spot spot;
+  std::array<std::optional<Number>, 6> numbers;  ///< X, Y, Z, A, B, C or A1..A6; what is not given is 0
+  std::size_t closed_at = 0;                     ///< byte offset of the closing brace
+  bool is_empty = false;                         ///< no component is given
+};
+
+/// A target of the arm, in the order of the text. One without a point and an offset tells that from there on
+/// the place of the arm is not known.
 struct Step {
   Spot spot;
-  std::optional<std::size_t> point;  ///< of Program::points
-  std::size_t tool = 0, base = 0;    ///< of Program::frames
-  bool fixed_tool = false;           ///< IPO_FRAME #TCP: the arm carries the workpiece
+  std::optional<std::size_t> point;   ///< of Program::points
+  std::optional<std::size_t> offset;  ///< of Program::offsets, in place of a point
+  std::size_t tool = 0, base = 0;     ///< of Program::frames
+  bool fixed_tool = false;            ///< IPO_FRAME #TCP: the arm carries the workpiece
 };
 
 /// A position, or a motion, that cannot or need not be changed.
@@ -92,6 +111,7 @@ struct ProgramFault {
 /// The targets of a KRL program.
 struct Program {
   std::vector<Point> points;
+  std::vector<Offset> offsets;
   std::vector<Step> steps;
   std::vector<FrameValue> frames;
   std::vector<LeftAlone> left;

@@ -27,7 +27,8 @@ std::string rewritten(std::string_view text, std::vector<Edit> edits) {
   for (const Edit& edit : edits) {
     result += text.substr(from, edit.begin - from);
     // The sign of "X-5" kept its number apart from the name.
-    if (!result.empty() && runs_on(result.back()) && edit.text[0] != '-') result += ' ';
+    if (!result.empty() && runs_on(result.back()) && edit.text[0] != '-' && edit.text[0] != ',')
+      result += ' ';
     result += edit.text;
     from = edit.end;
   }

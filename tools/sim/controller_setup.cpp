@@ -118,7 +118,11 @@ ControllerSetup controller_setup(const config::Scenario& scenario) {
     if (file.extension() == ".xml" && file.parent_path().filename() == "eki")
       setup.eki_files.emplace(file.stem(), std::move(text));
   }
-  if (!scenario.archive.empty()) replace_with(setup.programs, archive_programs(scenario.archive));
+  if (!scenario.archive.empty()) {
+    // What the archive declares otherwise must not keep the rest from being loaded.
+    for (krl::Source& source : setup.programs) source.is_partial = true;
+    replace_with(setup.programs, archive_programs(scenario.archive));
+  }
   for (const fs::path& file : scenario.programs)
     replace_with(setup.programs, {{file.filename(), config::read_text_file(file)}});
   return setup;

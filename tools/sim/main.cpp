@@ -29,6 +29,7 @@
 #include "proto/eki/messages.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/host_address.hpp"
+#include "tools/sim/krl/lexer.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
 #include "tools/steering/event_loop.hpp"
@@ -251,16 +252,19 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
   return refusal(e.what());
 }
 
-/// A line for each file of the archive that is not simulated as a whole.
+/// A line for each program of the archive that is not simulated as a whole: what data lists declare and no
+/// program uses keeps nothing from running.
 void print_not_simulated(const std::vector<sim::krl::Fault>& refusals) {
   std::map<std::string, std::vector<sim::krl::Fault>> by_file;
-  for (const sim::krl::Fault& refusal : refusals) if (getenv("ALLREF")) std::printf("R %s\n", refusal.text().c_str());
-  for (const sim::krl::Fault& refusal : refusals) by_file[refusal.file].push_back(refusal);
+  for (const sim::krl::Fault& refusal : refusals) {
+    if (!sim::krl::in_capitals(refusal.file).ends_with(".DAT")) by_file[refusal.file].push_back(refusal);
+  }
   for (const auto& [file, of_file] : by_file) {
     const auto first = std::ranges::min_element(of_file, {}, &sim::krl::Fault::line);
-    std::printf("%s: %zu %s not simulated, the first in line %d: %s. A program stops where it comes to one.\n",
-                file.c_str(), of_file.size(), of_file.size() == 1 ? "statement is" : "statements are",
-                first->line, first->what.c_str());
+    std::printf(
+        "%s: %zu %s not simulated, the first in line %d: %s. A program stops where it comes to one.\n",
+        file.c_str(), of_file.size(), of_file.size() == 1 ? "statement is" : "statements are", first->line,
+        first->what.c_str());
   }
 }
 

@@ -160,6 +160,8 @@ std::expected<MotionPlanner, std::string> MotionPlanner::of(const RobotModel& no
 
 std::expected<PlannedMotion, std::string> MotionPlanner::plan(const krl::Motion& motion,
                                                               const JointVector& from) const {
+  if (motion.is_tool_fixed && !std::holds_alternative<krl::AxisTarget>(motion.target))
+    return std::unexpected("$IPO_MODE #TCP, a tool that stands in the cell, is not simulated");
   const bool of_axes = motion.kind == MotionKind::Ptp || motion.kind == MotionKind::PtpRel;
   auto planned = motion.kind == MotionKind::PtpSpline ? through_axes(motion, from)
                  : of_axes                            ? along_axes(motion, from)

@@ -53,6 +53,7 @@ struct Motion {
   std::optional<double> time_percent;               ///< of a segment: TIME_BLOCK PART behind it
   std::optional<double> time_s;                     ///< of a segment: TIME_BLOCK END behind it
   std::optional<FrameValues> tool, base;            ///< none where the program never set them
+  bool is_tool_fixed = false;                       ///< $IPO_MODE #TCP: the tool stands in the cell
   std::array<int, 6> velocity_percent = {};         ///< $VEL_AXIS; 100 where it was never set
   std::array<int, 6> acceleration_percent = {};     ///< $ACC_AXIS; 100 where it was never set
   std::optional<double> path_velocity_m_s;          ///< $VEL.CP

@@ -28,12 +28,21 @@ Interpreter::Interpreter(const Program& program, Memory& memory, Host& host, Int
 std::expected<void, std::string> Interpreter::select(std::string_view routine) {
   const auto found = program_.find_routine(in_capitals(routine));
   if (!found || !program_.routines[*found].is_global)
-    return std::unexpected("the program " + std::string(routine) + " is not known");
+    return std::unexpected("the program " + std::string(routine) + " is not known" + why_not_loaded(routine));
   if (!program_.routines[*found].parameters.empty())
     return std::unexpected("the program " + std::string(routine) + " takes parameters");
   selected_ = *found;
   reset();
   return {};
+}
+
+/// The fault of the file that is called like it.
+std::string Interpreter::why_not_loaded(std::string_view routine) const {
+  for (const Fault& fault : program_.refusals) {
+    const std::string file = in_capitals(fault.file.substr(fault.file.find_last_of("/\\") + 1));
+    if (file == in_capitals(routine) + ".SRC") return " (" + fault.text() + ")";
+  }
+  return "";
 }
 
 void Interpreter::deselect() {

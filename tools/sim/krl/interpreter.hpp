@@ -157,6 +157,7 @@ class Interpreter {
     Value value;
   };
 
+  std::string why_not_loaded(std::string_view routine) const;
   void execute_turn();
   void step();
   void control(const Instruction& instruction);

@@ -62,8 +62,7 @@ void Interpreter::move(const MotionShape& shape) {
 /// What stands on the stack, the last first.
 Motion Interpreter::popped(const MotionShape& shape) {
   const std::size_t around = settings_.size();
-  Motion motion{
-      .kind = shape.kind, .approximation = shape.approximation, .is_in_tool = shape.is_in_tool};
+  Motion motion{.kind = shape.kind, .approximation = shape.approximation, .is_in_tool = shape.is_in_tool};
   if (shape.ends_time) motion.time_s = number_of(evaluator_.pop());
   if (shape.ends_part) motion.time_percent = number_of(evaluator_.pop());
   pop_settings(shape.settings);
@@ -170,6 +169,10 @@ std::optional<FrameValues> Interpreter::frame_values(std::string_view variable) 
 void Interpreter::take_variables(Motion& motion) {
   motion.tool = frame_values("$TOOL");
   motion.base = frame_values("$BASE");
+  if (const auto mode = std::ranges::find(program_.systems, "$IPO_MODE", &Variable::name);
+      mode != program_.systems.end())
+    motion.is_tool_fixed =
+        in_force(static_cast<std::size_t>(mode - program_.systems.begin()), {}) == Value{Literal{"TCP"}};
   for (std::size_t i = 0; i < motion.velocity_percent.size(); ++i) {
     const int axis = static_cast<int>(i) + 1;
     motion.velocity_percent[i] = whole(number("$VEL_AXIS", axis, "")).value_or(kFullPercent);

@@ -21,7 +21,8 @@ using config::ArchiveFile;
 using config::ConfigError;
 
 bool has_folder(const fs::path& path, std::string_view folder) {
-  return std::ranges::any_of(path, [&](const fs::path& part) { return krl::in_capitals(part.string()) == folder; });
+  return std::ranges::any_of(path,
+                             [&](const fs::path& part) { return krl::in_capitals(part.string()) == folder; });
 }
 
 /// Machine data, and KUKA's own programs, have no positions of the customer's.
@@ -84,11 +85,13 @@ std::string archive_summary(const std::string& archive, const krl::Program& prog
   std::string text = program_summary(archive, done, places);
   text += "Files:\n";
   for (const auto& [file, count] : counts_by_file(done))
-    text += fmt::format("  {}: {} changed, {} uncorrected\n", places.file({file, 0}), count.changed, count.left);
+    text +=
+        fmt::format("  {}: {} changed, {} uncorrected\n", places.file({file, 0}), count.changed, count.left);
   for (const std::size_t file : mixed_files(program, done))
-    text += fmt::format("  {}: goes to corrected and to uncorrected positions; between them the arm is as wrong "
-                        "as before\n",
-                        places.file({file, 0}));
+    text += fmt::format(
+        "  {}: goes to corrected and to uncorrected positions; between them the arm is as wrong "
+        "as before\n",
+        places.file({file, 0}));
   for (const krl::ProgramFault& fault : program.unread)
     text += fmt::format("  {}: not read: {}\n", places.line_and_column(fault.spot), fault.what);
   return text;
@@ -99,26 +102,26 @@ json::object archive_document(const krl::Program& program, const ProgramCompensa
   json::object document = program_document(done, places);
   json::array files, mixed, unread;
   for (const auto& [file, count] : counts_by_file(done))
-    files.push_back(json::object{{"file", places.file({file, 0})}, {"changed", count.changed}, {"left", count.left}});
+    files.push_back(
+        json::object{{"file", places.file({file, 0})}, {"changed", count.changed}, {"left", count.left}});
   for (const std::size_t file : mixed_files(program, done)) mixed.emplace_back(places.file({file, 0}));
   for (const krl::ProgramFault& fault : program.unread)
-    unread.push_back(json::object{{"file", places.file(fault.spot)},
-                                  {"line", places.place(fault.spot).line},
-                                  {"why", fault.what}});
+    unread.push_back(json::object{
+        {"file", places.file(fault.spot)}, {"line", places.place(fault.spot).line}, {"why", fault.what}});
   document["files"] = std::move(files);
   document["mixed"] = std::move(mixed);
   document["unread"] = std::move(unread);
   return document;
 }
 
-void write_archive(const fs::path& folder, const std::vector<ArchiveFile>& files, const ProgramCompensation& done) {
+void write_archive(const fs::path& folder, const std::vector<ArchiveFile>& files,
+                   const ProgramCompensation& done) {
   std::vector<config::TextFile> written;
   for (const auto& [file, edits] : done.edits) {
     const fs::path place = folder / files[file].path;
     std::error_code failed;
     fs::create_directories(place.parent_path(), failed);
-    if (failed)
-      throw ConfigError{place.parent_path().string() + ": cannot be made: " + failed.message()};
+    if (failed) throw ConfigError{place.parent_path().string() + ": cannot be made: " + failed.message()};
     written.push_back({place, krl::rewritten(files[file].text, edits)});
   }
   config::write_together(written);

@@ -26,8 +26,8 @@ struct ProgramFiles {
 
 /// The data list of a program has its name, where several are given; of the others what is GLOBAL counts.
 std::string module_of(const std::filesystem::path& dat, const CompensateOptions& options) {
-  const bool is_own = options.dats.size() == 1 || krl::in_capitals(dat.stem().string()) ==
-                                                      krl::in_capitals(options.src.stem().string());
+  const bool is_own = options.dats.size() == 1 ||
+                      krl::in_capitals(dat.stem().string()) == krl::in_capitals(options.src.stem().string());
   return is_own ? "" : dat.string();
 }
 
@@ -58,13 +58,13 @@ void write(const CompensateOptions& options, const ProgramFiles& files, const Pr
     const auto edits = done.edits.find(file);
     if (edits != done.edits.end() && files.out[file].empty())
       throw ConfigError(files.names[file] + ": positions in it change too; say where to write it with " +
-                        (file == 0                    ? "--out"
+                        (file == 0                  ? "--out"
                          : options.dats.size() == 1 ? "--out-dat"
                                                     : "--out-dat, one for each --dat in their order"));
     if (files.out[file].empty()) continue;
-    written.push_back({files.out[file], krl::rewritten(files.text.files[file].text,
-                                                       edits == done.edits.end() ? std::vector<krl::Edit>{}
-                                                                                 : edits->second)});
+    written.push_back({files.out[file],
+                       krl::rewritten(files.text.files[file].text,
+                                      edits == done.edits.end() ? std::vector<krl::Edit>{} : edits->second)});
   }
   config::write_together(written);
 }

@@ -12,7 +12,9 @@
 #include "core/identify/tool_frame.hpp"
 #include "core/math/angles.hpp"
 #include "proto/krl/frame_data.hpp"
+#include "proto/krl/offset.hpp"
 #include "proto/krl/variables.hpp"
+#include "proto/text/kuka_names.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -49,6 +51,7 @@ constexpr std::string_view kGivesWayNote =
 
 struct Correction {
   std::array<double, 6> values{};  // as in Position, mm and deg
+  JointVector q;                   // that the controller comes to by them
   StatusTurn status_turn;
   double mm = 0, deg = 0;
   bool is_none = false;
@@ -63,6 +66,12 @@ std::optional<int> bits(const std::optional<krl::Number>& number) {
 JointVector joints_of(const krl::Position& position) {
   JointVector q(6);
   for (std::size_t i = 0; i < 6; ++i) q[static_cast<Eigen::Index>(i)] = position.values[i].value * kRadPerDeg;
+  return q;
+}
+
+JointVector joints_of(const std::array<double, 6>& axes_deg) {
+  JointVector q(6);
+  for (std::size_t i = 0; i < 6; ++i) q[static_cast<Eigen::Index>(i)] = axes_deg[i] * kRadPerDeg;
   return q;
 }
 
@@ -127,9 +136,12 @@ class Compensator {
     for (const Step& step : program_.steps) {
       if (const auto done = visit(step); !done) return std::unexpected(done.error());
     }
+    // Which positions change is known by now: what is reckoned from them follows.
+    correct_offsets();
     for (std::size_t i = 0; i < states_.size(); ++i) {
       const Point& point = program_.points[i];
-      if (!point.is_changeable) continue;
+      const bool is_gone_to = states_[i].first != nullptr || states_[i].is_left;
+      if (!point.is_changeable || !is_gone_to) continue;
       ++result_.points;
       const auto& correction = states_[i].correction;
       if (!correction || correction->is_none) continue;
@@ -141,6 +153,11 @@ class Compensator {
   }
 
  private:
+  /// Where a step leads: the joints that the program asks for, and those that it will ask for.
+  struct Place {
+    JointVector before, after;
+  };
+
   /// What is known of a point from its first motion on.
   struct PointState {
     const Step* first = nullptr;
@@ -150,6 +167,11 @@ class Compensator {
   };
 
   std::expected<void, krl::ProgramFault> visit(const Step& step) {
+    if (step.offset) {
+      const auto q = nominal_joints_of_offset(step, program_.offsets[*step.offset], q_near_);
+      q_near_ = q ? std::optional(*q) : std::nullopt;
+      return {};
+    }
     if (!step.point) {
       q_near_.reset();
       return {};
@@ -187,6 +209,16 @@ class Compensator {
                                                     const JointVector& q) {
     const bool of_axes = point.position.form == PositionForm::Axes;
     const Eigen::Isometry3d X = of_axes ? forward_kinematics(nominal_, q) : krl::pose_of(point.position);
+    return correction(
+        step, X, of_axes, q,
+        StatusTurn{bits(point.position.status).value_or(0), bits(point.position.turn).value_or(0)});
+  }
+
+  /// @param X   of the flange in the robot's base where it is of axes, else of the TCP in the base
+  /// @param q   the nominal joints there
+  std::expected<Correction, std::string> correction(const Step& step, const Eigen::Isometry3d& X,
+                                                    bool of_axes, const JointVector& q,
+                                                    const StatusTurn& given) {
     const bool knows_tcp = tool(step).state == State::Known;
     const Eigen::Vector3d p_F_mm =
         knows_tcp ? Eigen::Vector3d(tool(step).X.translation()) : Eigen::Vector3d(0, 0, 0);
@@ -202,8 +234,8 @@ class Compensator {
     result.gives_way = solved->residual_mm > kUnmoved_mm;
     result.is_damped = !result.gives_way && solved->damped && solved->residual_rad > kUnmoved_rad;
     result.is_none = result.mm < kUnmoved_mm && rad < kUnmoved_rad;
-    result.status_turn = inverse_.of_joints(solved->q, StatusTurn{bits(point.position.status).value_or(0),
-                                                                  bits(point.position.turn).value_or(0)});
+    result.q = solved->q;
+    result.status_turn = inverse_.of_joints(solved->q, given);
     const Eigen::Vector3d abc = kuka_abc_deg(X_new.linear());
     for (std::size_t i = 0; i < 6; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
@@ -212,12 +244,129 @@ class Compensator {
     return result;
   }
 
+  // ---- Motions to what is reckoned from a point, or from where the arm stands
+
+  /// As the program has it. @param q_before  where the arm comes from
+  std::expected<JointVector, krl::Hindrance> nominal_joints_of_offset(
+      const Step& step, const krl::Offset& offset, const std::optional<JointVector>& q_before) {
+    if (!q_before) return std::unexpected(krl::Hindrance{"nothing tells from where the arm comes", {}});
+    if (offset.kind == krl::Offset::Kind::Axes)
+      return JointVector(*q_before + joints_of(krl::numbers_of(offset)));
+    if (step.fixed_tool)
+      return std::unexpected(
+          krl::Hindrance{"the arm carries the workpiece (IPO_FRAME #TCP), which is not supported", {}});
+    if (auto why = uncertain(tool(step), true)) return std::unexpected(*why);
+    if (auto why = uncertain(base(step), false)) return std::unexpected(*why);
+    const auto point = point_pose(offset, false);
+    auto q = inverse_.solve(flange_of(step, krl::target_of(offset, tcp(step, *q_before), point)),
+                            std::nullopt, std::nullopt, *q_before);
+    if (!q) return std::unexpected(krl::Hindrance{std::move(q.error()), {}});
+    return std::move(*q);
+  }
+
+  /// Of the point that it is reckoned from, as the program has it or will have it.
+  Eigen::Isometry3d point_pose(const krl::Offset& offset, bool is_after) const {
+    if (!offset.point) return Eigen::Isometry3d::Identity();
+    const auto& correction = states_[*offset.point].correction;
+    if (is_after && correction && !correction->is_none) return krl::pose_of_numbers(correction->values);
+    return krl::pose_of(program_.points[*offset.point].position);
+  }
+
+  /// The TCP's pose in the base.
+  Eigen::Isometry3d tcp(const Step& step, const JointVector& q) const {
+    return tcp_of(step, forward_kinematics(nominal_, q));
+  }
+
+  /// The numbers by which the motion leads there, from where the arm will come.
+  std::array<double, 6> numbers_to(const Step& step, const krl::Offset& offset, const JointVector& q_before,
+                                   const Correction& target) const {
+    if (offset.kind != krl::Offset::Kind::Axes)
+      return krl::offset_to(offset, tcp(step, q_before), point_pose(offset, true),
+                            krl::pose_of_numbers(target.values));
+    std::array<double, 6> numbers = target.values;
+    for (std::size_t i = 0; i < 6; ++i) numbers[i] -= q_before[static_cast<Eigen::Index>(i)] * kDegPerRad;
+    return numbers;
+  }
+
+  void correct_offsets() {
+    std::optional<Place> place;
+    for (const Step& step : program_.steps) {
+      if (step.point) {
+        place = place_of_point(step);
+      } else if (step.offset) {
+        place = correct_offset(step, program_.offsets[*step.offset], place);
+      } else {
+        place.reset();
+      }
+    }
+  }
+
+  std::optional<Place> place_of_point(const Step& step) {
+    const PointState& state = states_[*step.point];
+    if (state.first && state.correction) return Place{state.q, state.correction->q};
+    q_near_.reset();
+    const auto q = nominal_joints(step, program_.points[*step.point]);
+    return q ? std::optional(Place{*q, *q}) : std::nullopt;
+  }
+
+  std::optional<Place> correct_offset(const Step& step, const krl::Offset& offset,
+                                      const std::optional<Place>& from) {
+    ++result_.points;
+    const auto leave_it = [&](std::string why, std::optional<Spot> because = {}) -> std::optional<Place> {
+      const bool is_relative = !offset.point;
+      result_.left.push_back({step.spot, {}, std::move(why), because, !is_relative});
+      return std::nullopt;
+    };
+    const auto q = nominal_joints_of_offset(step, offset, from ? std::optional(from->before) : std::nullopt);
+    if (!q) return leave_it(q.error().why, q.error().because);
+    const bool of_axes = offset.kind == krl::Offset::Kind::Axes;
+    const Eigen::Isometry3d X =
+        of_axes ? forward_kinematics(nominal_, *q)
+                : krl::target_of(offset, tcp(step, from->before), point_pose(offset, false));
+    const auto result = correction(step, X, of_axes, *q, {});
+    if (!result) return leave_it(result.error());
+    const std::array<double, 6> numbers = numbers_to(step, offset, from->after, *result);
+    if (add_offset_edits(offset, numbers))
+      result_.changes.push_back({offset.spot, {}, result->mm, result->deg});
+    return Place{*q, result->q};
+  }
+
+  /// @return whether something changes
+  bool add_offset_edits(const krl::Offset& offset, const std::array<double, 6>& numbers) {
+    const bool of_axes = offset.kind == krl::Offset::Kind::Axes;
+    const auto& names = of_axes ? kAxisNames : kPoseNames;
+    std::vector<krl::Edit> edits;
+    std::string more;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const krl::Number old = offset.numbers[i].value_or(krl::Number{});
+      double value = numbers[i];
+      // A turn of 360 deg more is the same turn, but for axes.
+      if (!of_axes && i >= 3) value = old.value + std::remainder(value - old.value, 360.0);
+      if (!krl::is_changed(old, value)) continue;
+      if (offset.numbers[i]) {
+        edits.push_back({old.begin, old.end, krl::number_text(value)});
+      } else {
+        more += (offset.is_empty && more.empty() ? "" : ",") + std::string(names[i]) + " " +
+                krl::number_text(value);
+      }
+    }
+    if (!more.empty()) edits.push_back({offset.closed_at, offset.closed_at, more});
+    if (edits.empty()) return false;
+    std::ranges::move(edits, std::back_inserter(result_.edits[offset.spot.file]));
+    return true;
+  }
+
   void leave(const Step& step, std::string why, std::optional<Spot> because = {}) {
     PointState& state = states_[*step.point];
     state.correction.reset();
     if (state.is_left) return;
     state.is_left = true;
     const Point& point = program_.points[*step.point];
+    // A program that was corrected before does not go to a corrected position any more.
+    if (state.first && state.first->spot.file != step.spot.file)
+      result_.left.push_back({state.first->spot, std::string(point.name),
+                              "is used with another tool, base or configuration by another program",
+                              step.spot, true});
     result_.left.push_back({step.spot, std::string(point.name), std::move(why), because, true});
   }
 
@@ -318,7 +467,8 @@ class Compensator {
 
 std::expected<ProgramCompensation, krl::ProgramFault> compensate_program(
     const krl::Program& program, const RobotModel& nominal, const StatusTurnInverse& inverse,
-    const RobotModel& calibrated, const CompensationOptions& bounds, const RealFrames& real, bool is_archive) {
+    const RobotModel& calibrated, const CompensationOptions& bounds, const RealFrames& real,
+    bool is_archive) {
   return Compensator(program, nominal, inverse, calibrated, bounds, real, is_archive).run();
 }
 

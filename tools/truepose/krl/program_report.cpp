@@ -92,8 +92,7 @@ std::string ProgramPlaces::line_and_column(krl::Spot spot) const {
 
 std::string program_summary(const std::string& title, const ProgramCompensation& done,
                             const ProgramPlaces& places) {
-  std::string text =
-      fmt::format("{}: {} of {} positions changed\n", title, done.changes.size(), done.points);
+  std::string text = fmt::format("{}: {} of {} positions changed\n", title, done.changes.size(), done.points);
   if (!done.changes.empty()) {
     const PointChange& mm = largest(done.changes, &PointChange::mm);
     const PointChange& deg = largest(done.changes, &PointChange::deg);
