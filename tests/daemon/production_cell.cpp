@@ -10,6 +10,8 @@
 #include "core/math/angles.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "proto/rsi/gain_word.hpp"
+#include "tools/sim/krl/controller_declarations.hpp"
+#include "tools/sim/system_files.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -28,36 +30,37 @@ constexpr std::uint32_t kController = 0xC0A82C01;  // 192.168.44.1
 
 drivers::TimePoint daemon_time;
 
-constexpr const char* kController_krl = R"krl(
-ENUM BAS_COMMAND INITMOV,TOOL,BASE
-ENUM RSI_MODE ABSOLUTE,RELATIVE
-ENUM RSI_CYCLE IPO,IPO_FAST
-DECL INT RSIOK=0
-DECL E6AXIS $AXIS_ACT_MEAS
-DECL INT $SEN_PINT[128]
-EXT BAS(BAS_COMMAND:IN,REAL:IN)
-EXT MSGNOTIFY(CHAR[]:IN,CHAR[]:IN)
-EXTFCT INT RSI_CREATE(CHAR[]:IN,INT:OUT,BOOL:IN)
-EXTFCT INT RSI_ON(RSI_MODE:IN,RSI_CYCLE:IN)
-EXTFCT INT RSI_OFF()
-EXTFCT INT RSI_DELETE(INT:IN)
-EXTFCT INT RSI_RESET()
-)krl";
-
-krl::Program loaded(AdvanceRun advance_run) {
-  const std::string root = TRUEPOSE_SOURCE_DIR;
-  std::vector<krl::Source> sources;
-  for (const char* file : {"/config/kuka/krl/truepose_stream.src", "/config/kuka/krl/truepose_stream.dat",
-                           "/config/scenarios/gluing.src", "/config/scenarios/gluing.dat"}) {
-    sources.push_back({std::filesystem::path{file}.filename(), config::read_text_file(root + file)});
+/// The shipped stream programs and a cell's: its own $config.dat takes the place of the controller's.
+std::vector<krl::Source> sources_with(const std::string& program) {
+  const std::filesystem::path root = TRUEPOSE_SOURCE_DIR, corpus = root / "tests/proto/krl_corpus/stream";
+  std::vector<std::filesystem::path> files{root / "config/kuka/krl/truepose_stream.src",
+                                           root / "config/kuka/krl/truepose_stream.dat"};
+  if (program == "GLUING") {
+    files.insert(files.end(), {root / "config/scenarios/gluing.src", root / "config/scenarios/gluing.dat"});
+  } else {
+    files.insert(files.end(),
+                 {corpus / (program + ".src"), corpus / (program + ".dat"), corpus / "$config.dat"});
   }
-  auto program = krl::load({.declarations = kController_krl,
-                            .pass_advance_run = advance_run == AdvanceRun::PassesVariables
-                                                    ? std::vector<std::string>{"$SEN_PINT", "$AXIS_ACT_MEAS"}
-                                                    : std::vector<std::string>{}},
-                           sources);
-  if (!program) throw std::runtime_error{program.error().text()};
-  return *std::move(program);
+  std::vector<krl::Source> sources;
+  for (const std::filesystem::path& file : files)
+    sources.push_back({file.filename(), config::read_text_file(file)});
+  for (const EmbeddedText& file : sim::system_files()) {
+    const std::string name = std::filesystem::path{file.name}.filename();
+    if (name != "config.dat") sources.push_back({name, std::string{file.text}});
+    if (name == "config.dat" && program == "GLUING")
+      sources.push_back({"$config.dat", std::string{file.text}});
+  }
+  return sources;
+}
+
+krl::Program loaded(AdvanceRun advance_run, const std::string& program) {
+  auto loaded = krl::load({.declarations = std::string{sim::controller_declarations()},
+                           .pass_advance_run = advance_run == AdvanceRun::PassesVariables
+                                                   ? std::vector<std::string>{"$SEN_PINT", "$AXIS_ACT_MEAS"}
+                                                   : std::vector<std::string>{}},
+                          sources_with(program));
+  if (!loaded) throw std::runtime_error{loaded.error().text()};
+  return *std::move(loaded);
 }
 
 rsi::EthernetConfig shipped_config() {
@@ -95,7 +98,8 @@ void TcpErrors::add(double mm) {
   max_mm = std::max(max_mm, mm);
 }
 
-ProductionCell::ProductionCell(std::uint64_t seed, const Troubles& troubles, AdvanceRun advance_run)
+ProductionCell::ProductionCell(std::uint64_t seed, const Troubles& troubles, AdvanceRun advance_run,
+                               const std::string& program)
     : random_{seed},
       troubles_{troubles},
       nominal_{published_arm()},
@@ -104,13 +108,15 @@ ProductionCell::ProductionCell(std::uint64_t seed, const Troubles& troubles, Adv
       codec_{config_},
       motion_{sim::ProgramMotion::of(nominal_, upright()).value()},
       plant_{{.dead_time_ms = 8, .lag_ms = 15, .timeout_cycles = kTimeout}},
-      program_{loaded(advance_run)},
+      program_{loaded(advance_run, program)},
       memory_{program_},
       interpreter_{program_, memory_, *this, krl::InterpreterKind::Robot},
       actual_{upright()} {
   variables_["$NULLFRAME"] = Parts(6, Value{0.0});
+  variables_["$STOPMESS"] = variables_["$FLAG[77]"] = false;
+  variables_["$IPO_MODE"] = krl::Literal{"BASE"};
   start_daemon();
-  if (const auto selected = interpreter_.select("GLUING"); !selected)
+  if (const auto selected = interpreter_.select(program); !selected)
     throw std::runtime_error{selected.error()};
 }
 

@@ -58,8 +58,10 @@ enum class AdvanceRun { StopsAtVariables, PassesVariables };
 /// stream: cycle by cycle, in virtual time. The arm is wrong as the published one is, and the model knows it.
 class ProductionCell final : private sim::krl::Host {
  public:
+  /// @param program  GLUING, or one of tests/proto/krl_corpus/stream, as the pendant writes them
   ProductionCell(std::uint64_t seed, const Troubles& troubles,
-                 AdvanceRun advance_run = AdvanceRun::StopsAtVariables);
+                 AdvanceRun advance_run = AdvanceRun::StopsAtVariables,
+                 const std::string& program = "GLUING");
   ~ProductionCell() override;
 
   /// Runs the program again and again.

@@ -44,6 +44,27 @@ TEST_P(ProductionProgramIn, GluesWhereItWasTaughtThoughTheArmIsMillimetresWrong)
 INSTANTIATE_TEST_SUITE_P(Either, ProductionProgramIn,
                          testing::Values(AdvanceRun::StopsAtVariables, AdvanceRun::PassesVariables));
 
+/// A cell's programs with inline forms of the pendant, its own tools and bases, subprograms, triggers,
+/// splines, an interrupt with BRAKE and RESUME.
+struct PendantProgram : testing::TestWithParam<const char*> {};
+
+TEST_P(PendantProgram, WorksWhereItWasTaughtThoughTheArmIsMillimetresWrong) {
+  const Production shift = ProductionCell{20261129, {}, AdvanceRun::PassesVariables, GetParam()}.shift(2);
+  print(shift);
+  EXPECT_EQ(shift.fault, "");
+  EXPECT_THAT(shift.messages, IsEmpty());
+  EXPECT_EQ(shift.sessions, 2U);
+  EXPECT_GE(shift.with.points, 6);
+  EXPECT_GT(shift.without.mean_mm, 1);
+  EXPECT_LT(shift.with.max_mm, 0.1);
+  EXPECT_LE(shift.max_step_deg, kBound_deg);
+  EXPECT_EQ(shift.left_deg, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, PendantProgram,
+                         testing::Values("palletising", "welding", "splines", "sequencer", "tool_change"),
+                         [](const auto& each) { return each.param; });
+
 /// Three hours of it and 200 sessions in an acceptance run, every day a tenth, less of it under a sanitizer.
 TEST(ProductionProgram, IsCorrectedThroughEverythingThatHappensInAShift) {
   const bool whole = all_trials();
