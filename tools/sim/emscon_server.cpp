@@ -128,11 +128,12 @@ class EmsconTracker final : public SimulatedTracker {
         return answer(command.code, status::kAllOk, direction());
       case CommandCode::ReleaseMotors:
       case CommandCode::Park:
-      case CommandCode::GoBirdBath:
-      case CommandCode::GoBirdBath2:
       case CommandCode::MoveHv:
         lose_lock();
         return answer(command.code, status::kAllOk);
+      case CommandCode::GoBirdBath:
+      case CommandCode::GoBirdBath2:
+        return spawn(go_home(self(), jobs_.begin(), command.code));
       case CommandCode::ChangeFace:
         return spawn(turn_over(self(), jobs_.begin()));
       case CommandCode::CheckBirdBath:
@@ -232,9 +233,19 @@ class EmsconTracker final : public SimulatedTracker {
     const bool going_on = co_await self->jobs_.wait(job, kInitializeTime);
     if (!going_on) co_return;
     self->initialised_ = true;
-    self->beam_.initialise();
+    self->beam_.come_home();  // as an AT40x does, locked
     self->end_job(CommandCode::Initialize, status::kAllOk);
     self->report(SystemEvent::InitializationChanged);
+    self->report(SystemEvent::MeasurementReady);
+  }
+
+  static asio::awaitable<void> go_home(Self self, Job job, CommandCode code) {
+    self->lose_lock();
+    const bool going_on = co_await self->jobs_.wait(job, kDriveTime);
+    if (!going_on) co_return;
+    self->beam_.come_home();
+    self->end_job(code, status::kAllOk);
+    self->report(SystemEvent::MeasurementReady);
   }
 
   static asio::awaitable<void> drive(Self self, Job job, CommandCode code, Eigen::Vector3d aim_mm) {

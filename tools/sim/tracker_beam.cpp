@@ -11,6 +11,7 @@ using Clock = std::chrono::steady_clock;
 namespace {
 
 constexpr std::size_t kStray = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kInHomeNest = kStray - 1;
 
 }  // namespace
 
@@ -44,12 +45,19 @@ void TrackerBeam::initialise() {
   face_ = 1;
 }
 
+void TrackerBeam::come_home() {
+  initialise();
+  locked_ = kInHomeNest;
+  follow();
+}
+
 std::chrono::duration<double> TrackerBeam::age() const {
   return std::chrono::duration<double>{Clock::now() - switched_on_} * speedup_;
 }
 
 std::optional<Eigen::Vector3d> TrackerBeam::place_of(Reflector reflector, const TargetSight& sight) const {
   if (reflector == kStray) return stray_mm_;
+  if (reflector == kInHomeNest) return kHomeNest_mm;
   if (reflector == 0) return sight.p_WS_mm;
   --reflector;
   if (reflector < sight.others_mm.size()) return sight.others_mm[reflector];
@@ -58,6 +66,8 @@ std::optional<Eigen::Vector3d> TrackerBeam::place_of(Reflector reflector, const 
 
 /// Where the beam finds a reflector now; nothing while it is hidden or the beam is broken.
 std::optional<Eigen::Vector3d> TrackerBeam::seen(Reflector reflector) const {
+  // On the tracker's own body: no obstacle stands before it, and it moves with the tracker.
+  if (reflector == kInHomeNest) return kHomeNest_mm;
   if (Clock::now() < blocked_until_) return std::nullopt;
   auto p_mm = place_of(reflector, target_.look());
   if (!p_mm) return std::nullopt;
@@ -66,14 +76,17 @@ std::optional<Eigen::Vector3d> TrackerBeam::seen(Reflector reflector) const {
 
 std::optional<TrackerBeam::Reflector> TrackerBeam::nearest_to(const Eigen::Vector3d& p_mm,
                                                               double radius_mm) const {
-  const std::size_t reflectors = 1 + target_.look().others_mm.size() + instrument_.nests_mm.size();
   std::optional<Reflector> nearest;
-  for (Reflector reflector = 0; reflector < reflectors; ++reflector) {
+  const auto consider = [&](Reflector reflector) {
     const auto at_mm = seen(reflector);
-    if (!at_mm || (*at_mm - p_mm).norm() > radius_mm) continue;
+    if (!at_mm || (*at_mm - p_mm).norm() > radius_mm) return;
     radius_mm = (*at_mm - p_mm).norm();
     nearest = reflector;
-  }
+  };
+  // PowerLock, which has no radius, looks into the cell and not at the tracker.
+  if (std::isfinite(radius_mm)) consider(kInHomeNest);
+  const std::size_t reflectors = 1 + target_.look().others_mm.size() + instrument_.nests_mm.size();
+  for (Reflector reflector = 0; reflector < reflectors; ++reflector) consider(reflector);
   return nearest;
 }
 

@@ -59,6 +59,10 @@ struct ReflectorBall {
 inline constexpr std::array kReflectorBalls{ReflectorBall{"CCR-1.5in", 19.05},
                                             ReflectorBall{"CCR-0.5in", 6.35}};
 
+/// Where the tracker's own nest holds a reflector, in the tracker's frame, mm. Invented: no public source
+/// says it.
+inline const Eigen::Vector3d kHomeNest_mm{0, -200, 0};
+
 /// Readings that one measurement averages.
 inline constexpr int kReadings = 10;
 
@@ -93,6 +97,8 @@ class TrackerBeam {
   /// Comes to point where it did, with no reflector locked.
   void turn_over();
   void initialise();
+  /// Points at its own nest in face 1, and locks the reflector there.
+  void come_home();
 
   /// The reflector nearest to a point within a radius, and where it is seen.
   std::optional<Eigen::Vector3d> find(const Eigen::Vector3d& p_mm, double radius_mm) const;
@@ -107,7 +113,8 @@ class TrackerBeam {
   Eigen::Vector3d reading(double index) const;
 
  private:
-  /// One of those on the arm, from 0, then those beside it, then the stray one.
+  /// One of those on the arm, from 0, then those in nests of the cell; the stray one; the one in its own
+  /// nest.
   using Reflector = std::size_t;
 
   std::optional<Eigen::Vector3d> place_of(Reflector reflector, const TargetSight& sight) const;

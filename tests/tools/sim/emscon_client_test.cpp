@@ -164,13 +164,60 @@ TEST_F(EmsconClientTest, MeasuresInEveryCoordinateSystemAndUnit) {
 TEST_F(EmsconClientTest, IsMeasuredByAClientThatNeverSearchesWherePowerLockIsOn) {
   PlainClient client{io, server.port()};
   client.answer(CommandCode::Initialize);
-  client.answer(CommandCode::GoBirdBath);
+  client.answer(CommandCode::GoPosition, emscon::Position{{1, 0, 0}});  // away from the nest
   EXPECT_EQ(client.answer(CommandCode::StartMeasurement).status, emscon::status::kSystemNotReady);
   client.answer(CommandCode::SetLongSystemParameter, emscon::LongParameter{411, 1});
   while (client.wait_for<emscon::SystemStatusChange>().event != emscon::SystemEvent::MeasurementReady) {
   }
   EXPECT_EQ(client.answer(CommandCode::StartMeasurement).status, 0);
   EXPECT_NEAR(client.wait_for<emscon::SingleMeasResult>().v[0], 2.5, 1e-3);  // in metres, as it comes
+}
+
+/// In the order of MuffinSpawn/Leica:bin/command-example.py, whose refraction is set twice because an AT40x
+/// passes over a small change.
+TEST_F(EmsconClientTest, IsMeasuredInItsNestByAPublicClientThatInitialisesAndNeverAims) {
+  PlainClient client{io, server.port()};
+  client.answer(CommandCode::SetUnits, emscon::Units{emscon::LengthUnit::Millimeter});
+  const auto system = std::get<emscon::SystemStatus>(client.answer(CommandCode::GetSystemStatus).body);
+  ASSERT_NE(system.processor, emscon::ProcessorStatus::Initialized);
+  ASSERT_EQ(client.answer(CommandCode::Initialize).status, 0);
+  client.answer(CommandCode::SetMeasurementMode, emscon::MeasurementModeChoice{});
+  client.answer(CommandCode::SetStationaryModeParams, emscon::StationaryModeParams{1000, false});
+  client.answer(CommandCode::SetCoordinateSystemType, emscon::CoordinateSystemChoice{CoordinateSystem::Scc});
+  client.answer(CommandCode::SetSystemSettings,
+                emscon::SystemSettings{.weather = emscon::WeatherMonitor::ReadAndCompute});
+  const auto given = std::get<emscon::Refraction>(client.answer(CommandCode::GetRefractionParams).body);
+  client.answer(CommandCode::SetRefractionParams, emscon::Refraction{1.000331, given.adm_index});
+  client.answer(CommandCode::GetEnvironmentParams);
+  client.answer(CommandCode::SetRefractionParams, given);
+  ASSERT_EQ(client.answer(CommandCode::StartMeasurement).status, 0);
+  const auto in_nest = client.wait_for<emscon::SingleMeasResult>();
+  EXPECT_NEAR(in_nest.v[2], kHomeNest_mm.norm(), 5 * kSigma_mm);
+}
+
+TEST_F(EmsconClientTest, ComesHomeLockedFromWhereverItWasAndIsFoundThereByASearch) {
+  PlainClient client{io, server.port()};
+  client.answer(CommandCode::Initialize);
+  client.answer(CommandCode::SetUnits, emscon::Units{emscon::LengthUnit::Millimeter});
+  client.answer(CommandCode::SetSearchParams, emscon::SearchParams{50, 1000});
+  const auto measured = [&] {
+    EXPECT_EQ(client.answer(CommandCode::StartMeasurement).status, 0);
+    const auto v = client.wait_for<emscon::SingleMeasResult>().v;
+    return Eigen::Vector3d{v[0], v[1], v[2]};
+  };
+  client.answer(CommandCode::GoAndMeasure, emscon::Aim{{2500, 1200, -300}});
+  client.wait_for<emscon::SingleMeasResult>();
+  ASSERT_EQ(client.answer(CommandCode::GoBirdBath).status, 0);
+  EXPECT_LT((measured() - kHomeNest_mm).norm(), 5 * kSigma_mm);
+
+  server.disturb({.moved_mm = {5, 0, 0}});
+  EXPECT_LT((measured() - kHomeNest_mm).norm(), 5 * kSigma_mm)
+      << "the nest moves with a tracker that is pushed";
+  ASSERT_EQ(client.answer(CommandCode::ReleaseMotors).status, 0);
+  EXPECT_EQ(client.answer(CommandCode::StartMeasurement).status, emscon::status::kSystemNotReady);
+  client.answer(CommandCode::GoPosition, emscon::Position{{5, -190, 5}});
+  ASSERT_EQ(client.answer(CommandCode::FindReflector, emscon::SearchDistance{200}).status, 0);
+  EXPECT_LT((measured() - kHomeNest_mm).norm(), 5 * kSigma_mm);
 }
 
 TEST_F(EmsconClientTest, DrivesLocksAndMeasuresInOneCommand) {
