@@ -42,11 +42,15 @@ def free_udp_port():
 class LiveCell:
     """Ends what it started, and removes its folder, when the `with` block is left."""
 
-    def __init__(self, bin_folder, source, tls=False, speedup=100, origin="https://hmi.plant", host="127.0.0.1"):
-        """origin: whose pages may use the web port from a browser; host: where the TLS port is reached"""
+    def __init__(self, bin_folder, source, tls=False, speedup=100, origin="https://hmi.plant", host="127.0.0.1", bridge=None,
+                 nests=""):
+        """origin: whose pages may use the web port from a browser; host: where the TLS port is reached; bridge: the words that start
+        a bridge for the daemon, which says on which port it listens and finds the simulated tracker by TRUEPOSE_SIM_BRIDGE;
+        nests: of the tracker, as in a scenario"""
         self.bin = pathlib.Path(bin_folder)
         self.config = pathlib.Path(source) / "config"
         self.tls, self.speedup, self.origin, self.host = tls, speedup, origin, host
+        self.bridge, self.nests = bridge, nests
         self.processes = {}
         self.port = self.tls_port = self.web_port = 0
         self._folder = tempfile.TemporaryDirectory()
@@ -56,6 +60,8 @@ class LiveCell:
     def __enter__(self):
         try:
             self._start_simulator()
+            if self.bridge:
+                self._start_bridge()
             self.start_daemon()
         except BaseException:
             self.__exit__()
@@ -133,9 +139,9 @@ class LiveCell:
                 "web_port": self.web_port, "token": TOKEN, "token_file": str(self.token_file),
                 "cell_file": str(self.cell_file)}
 
-    def _start(self, name, arguments, environment=None):
+    def _start(self, name, arguments, environment=None, program=None):
         with open(self.folder / f"{name}.out", "wb") as out, open(self.folder / f"{name}.err", "wb") as err:
-            self.processes[name] = subprocess.Popen([self.bin / name, *arguments], stdin=subprocess.DEVNULL,
+            self.processes[name] = subprocess.Popen([program or self.bin / name, *arguments], stdin=subprocess.DEVNULL,
                                                     stdout=out, stderr=err, env=os.environ | (environment or {}))
 
     def _end(self, name):
@@ -155,13 +161,14 @@ class LiveCell:
         scenario = changed((self.config / "scenarios/demo.yaml").read_text(), [
             ("../robots", config + "/robots"), ("../kuka", config + "/kuka"),
             ("gluing.src", config + "/scenarios/gluing.src"), ("gluing.dat", config + "/scenarios/gluing.dat"),
-            ("timeout_cycles: 100 ", "timeout_cycles: 2500 ")])
+            ("timeout_cycles: 100 ", "timeout_cycles: 2500 "),
+            ("\ntracker:\n", f"\ntracker:\n  nests_mm: [{self.nests}]\n" if self.nests else "\ntracker:\n")])
         (self.folder / "scenario.yaml").write_text(scenario)
         self.rsi_port = free_udp_port()
         ready = self.folder / "ready.json"
         self._start("truepose-sim", ["--scenario", self.folder / "scenario.yaml", "--ready-file", ready,
                                      "--rsi-target", f"127.0.0.1:{self.rsi_port}", "--admin-port", "0",
-                                     "--speedup", str(self.speedup)])
+                                     "--speedup", str(self.speedup), *(["--bridge-port", "0"] if self.bridge else [])])
         end = time.monotonic() + PATIENCE_S
         while not ready.exists():
             if self.processes["truepose-sim"].poll() is not None or time.monotonic() > end:
@@ -173,12 +180,23 @@ class LiveCell:
         if self.tls:
             self.made("tls", "init", "--dir", self.folder / "tls", "--host", self.host)
 
+    def _start_bridge(self):
+        simulated = {"TRUEPOSE_SIM_BRIDGE": "127.0.0.1:{}".format(self.ports["bridge_port"])}
+        self._start("bridge", self.bridge[1:], simulated, program=self.bridge[0])
+        end = time.monotonic() + PATIENCE_S
+        while not (listening := re.search(r"listening on port (\d+)", (self.folder / "bridge.out").read_text())):
+            if self.processes["bridge"].poll() is not None or time.monotonic() > end:
+                raise RuntimeError("no bridge: " + (self.folder / "bridge.err").read_text())
+            time.sleep(0.01)
+        self.bridge_port = int(listening[1])
+
     def _cell(self):
         config, at = str(self.config), "127.0.0.1:{}".format
         replacements = [
             ("robots/kr210", config + "/robots/kr210"), ("kuka/rsi", config + "/kuka/rsi"),
             ("127.0.0.1:54600", at(self.ports["eki_port"])), ("127.0.0.1:54601", at(self.ports["eki_state_port"])),
-            ("127.0.0.1:49152", at(self.rsi_port)), ("127.0.0.1:7000", at(self.ports["tracker_port"])),
+            ("127.0.0.1:49152", at(self.rsi_port)), ("127.0.0.1:7000", at(self.bridge_port if self.bridge else self.ports["tracker_port"])),
+            ("protocol: emscon", "protocol: bridge" if self.bridge else "protocol: emscon"),
             ("127.0.0.1:7210", at(self.port)), ("timeout_cycles: 100 ", "timeout_cycles: 2500 "),
             ("priority: 80", "priority: 40"),  # the simulator's is 60
             ("#runtime: /run/truepose/demo", "runtime: run"),

@@ -131,7 +131,13 @@ Trial Examination::turns_over() {
   if (!aimed_) co_return Seen::not_tried("no reflector was found before");
   for (const int face : {2, 1}) {
     bridge::SetFace request{face};
-    const auto turned = co_await line_.ask(request, kMotion);
+    const auto id = co_await line_.send_request(request);
+    if (!id) co_return Seen::otherwise(id.error());
+    const auto reply = co_await line_.reply_to(*id, kMotion);
+    if (!reply) co_return Seen::otherwise(reply.error());
+    if (face == 2 && !reply->outcome && reply->outcome.error().meaning() == ErrorCode::NotOffered)
+      co_return Seen::not_tried("the bridge does not offer it: " + reply->outcome.error().text);
+    const auto turned = BridgeLine::answer_in<bridge::SetFace>(*reply);
     if (!turned) co_return Seen::otherwise(turned.error());
     bridge::GetStatus ask_status;
     const auto status = co_await line_.ask(ask_status, kBridgeLookUp);
