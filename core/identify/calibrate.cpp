@@ -12,6 +12,7 @@
 #include "core/identify/model_sanity.hpp"
 #include "core/identify/open_warmth.hpp"
 #include "core/identify/screening.hpp"
+#include "core/identify/target_turns.hpp"
 #include "core/identify/thermal_stage.hpp"
 #include "core/identify/transfer_beyond.hpp"
 #include "core/identify/unsuspicious.hpp"
@@ -25,10 +26,14 @@ constexpr int kFewestPoses = 5;
 constexpr double kMostScreened = 0.25;  // of the points to identify
 
 /// What keeps the points from being identified from at all.
-std::optional<CalibrationError> unusable(const RobotModel& nominal, const MeasurementData& data) {
+std::optional<CalibrationError> unusable(const RobotModel& nominal, const MeasurementData& data,
+                                         const CalibrateOptions& options) {
   const std::vector<Measurement> points = points_of(data, PoseSet::Identify);
   for (const Measurement& point : points) {
-    if (point.q.size() == nominal.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite()) continue;
+    const bool turned =
+        !point.orientation || (point.orientation->R_WT.allFinite() && point.orientation->sigma_rad > 0);
+    if (point.q.size() == nominal.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite() && turned)
+      continue;
     return CalibrationError{CalibrationFault::NotFinite, told_of(data, point.station) + "row " +
                                                              std::to_string(point.row) +
                                                              " holds a number that is not finite"};
@@ -46,6 +51,11 @@ std::optional<CalibrationError> unusable(const RobotModel& nominal, const Measur
     return CalibrationError{CalibrationFault::TooFewPoses,
                             "station '" + data.stations[s] + "' has no point to identify its base from"};
   }
+  if (!oriented_points(points).empty() && !(whitening_of(points, options.noise).finest_mm > 0))
+    return CalibrationError{
+        CalibrationFault::NoNoise,
+        "orientations are weighed against positions, whose noise is not known: state sigma "
+        "for every point, or the tracker's noise"};
   const int poses = count_poses(points);
   if (poses >= kFewestPoses) return std::nullopt;
   return CalibrationError{CalibrationFault::TooFewPoses,
@@ -119,6 +129,8 @@ std::vector<RejectedPoint> rejected(const Identification& id) {
   CalibratedCell judge = id.fit.cell;
   judge.robot.field = nullptr;  // came after the judgement
   const Eigen::VectorXd errors = residuals(judge, id.data.points);
+  const std::vector<double> turns =
+      whitened_turns(judge, id.points.points(), id.points.turn_whitening(), id.points.weights());
   std::vector<RejectedPoint> rejected;
   std::size_t i = 0;  // among the points to identify
   for (std::size_t k = 0; k < id.data.points.size(); ++k) {
@@ -126,7 +138,10 @@ std::vector<RejectedPoint> rejected(const Identification& id) {
     if (m.set != PoseSet::Identify) continue;
     if (id.points.weights()[i] == 0) {
       const Eigen::Vector3d error = error_mm(errors, k);
-      rejected.push_back({k, error.norm(), id.points.whitened_length(i, error) / id.points.sigma_mm()});
+      const double length_mm = id.points.whitened_length(i, error);
+      const bool turned = turns[i] > length_mm;
+      rejected.push_back({k, error.norm(), std::max(length_mm, turns[i]) / id.points.sigma_mm(),
+                          turned ? turns[i] / id.points.turn_whitening()[i] : 0});
     }
     ++i;
   }
@@ -147,6 +162,36 @@ std::vector<PointErrors> point_errors(const Calibration& result, const Measureme
   return errors;
 }
 
+TurnStatistics turn_statistics(std::span<const Eigen::Vector3d> turns, std::span<const std::size_t> counted) {
+  TurnStatistics statistics;
+  double squares = 0;
+  const auto count = static_cast<double>(counted.size());
+  for (const std::size_t i : counted) {
+    const double angle = turns[i].norm();
+    statistics.mean_rad += angle / count;
+    statistics.max_rad = std::max(statistics.max_rad, angle);
+    squares += angle * angle;
+  }
+  statistics.rms_rad = std::sqrt(squares / count);
+  return statistics;
+}
+
+/// @param counted  the points of the set
+std::optional<TurnErrors> turn_errors(const Calibration& result, const MeasurementData& data,
+                                      const std::vector<Measurement>& counted) {
+  const std::vector<std::size_t> oriented = oriented_points(counted);
+  if (oriented.empty()) return std::nullopt;
+  std::vector<Measurement> identify;  // they alone say how a target is mounted
+  for (std::size_t i = 0; i < data.points.size(); ++i)
+    if (data.points[i].set == PoseSet::Identify &&
+        !std::ranges::count(result.rejected, i, &RejectedPoint::point))
+      identify.push_back(data.points[i]);
+  const auto statistics = [&](const CalibratedCell& cell) {
+    return turn_statistics(target_turns(cell, counted, best_mountings(cell, identify)), oriented);
+  };
+  return TurnErrors{static_cast<int>(oriented.size()), statistics(result.coarse), statistics(result.cell)};
+}
+
 /// What was screened out is left out.
 ///
 /// @param wanted  which points
@@ -165,7 +210,8 @@ StageErrors stage_errors(const Calibration& result, const MeasurementData& data,
           .points = static_cast<int>(counted.size()),
           .before = error_statistics(before),
           .geometric = error_statistics(geometric),
-          .after = error_statistics(after)};
+          .after = error_statistics(after),
+          .turns = turn_errors(result, data, counted)};
 }
 
 StageErrors stage_errors(const Calibration& result, const MeasurementData& data, PoseSet set) {
@@ -348,7 +394,8 @@ std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm
   MeasurementData all = data;
   for (Measurement& point : all.points) point.set = PoseSet::Identify;
   const CalibrateOptions options;
-  if (auto error = unusable(arm, all)) return std::unexpected(*error);
+  for (Measurement& point : all.points) point.orientation.reset();  // positions place the base
+  if (auto error = unusable(arm, all, options)) return std::unexpected(*error);
   Identification id(arm, all, options);
   if (auto error = fit_base_and_reflectors(id)) return std::unexpected(*error);
   return id.fit.cell;
@@ -357,7 +404,7 @@ std::expected<CalibratedCell, CalibrationError> coarse_fit(const RobotModel& arm
 std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, const MeasurementData& data,
                                                        const CalibrateOptions& options) {
   const RobotModel nominal = carrying_as_measured(robot, data.points);
-  if (auto error = unusable(nominal, data)) return std::unexpected(*error);
+  if (auto error = unusable(nominal, data, options)) return std::unexpected(*error);
   auto made = identified(nominal, data, options, options.check_model, {});
   if (!made) return std::unexpected(made.error());
   MeasurementData there;  // as it would have been at the reference temperatures
@@ -382,6 +429,9 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
     result.thermal = (*thermal)->choice;
     if (result.thermal->response) inflate(result, (*thermal)->inflation);
   }
+  const double stated_mm = made->id->points.stated_sigma_mm();
+  result.mountings = mountings(result.cell, made->id->points.trusted_points(), result.covariance,
+                               stated_mm > 0 ? result.sigma0_mm / stated_mm : 1);
   result.misfit_mm = misfit_mm(*made->id);
   result.transfer = transfer_beyond(result, *made->id, fitted);
   return result;

@@ -16,6 +16,7 @@
 #include "core/identify/null_space.hpp"
 #include "core/identify/prior.hpp"
 #include "core/identify/robust_fit.hpp"
+#include "core/identify/target_turns.hpp"
 #include "core/identify/thermal_response.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "core/identify/warm_up.hpp"
@@ -65,6 +66,7 @@ enum class CalibrationFault {
   NotFinite,
   NotSeparable,  ///< base and reflector offset cannot be told apart
   WrongModel,    ///< the nominal arm cannot be right
+  NoNoise,       ///< orientations without a noise of the positions that they are weighed against
 };
 
 struct CalibrationError {
@@ -83,6 +85,17 @@ struct IdentifiedParameter {
   double data_share = 0;    ///< 1: known from the data alone; less: the prior says the rest
 };
 
+/// How far 6-D targets are turned from where a cell has them, rad.
+struct TurnStatistics {
+  double mean_rad = 0, rms_rad = 0, max_rad = 0;
+};
+
+/// The same of one set of points, under the nominal arm and under the calibrated one.
+struct TurnErrors {
+  int readings = 0;
+  TurnStatistics before, after;
+};
+
 /// Error statistics of one set of points through the stages.
 struct StageErrors {
   int poses = 0;
@@ -91,6 +104,7 @@ struct StageErrors {
   ErrorStatistics geometric;  ///< after the fine stage
   ErrorStatistics after;  ///< after all layers of the options; points that a residual field was fitted to as
                           ///< one predicts them that did not see their pose
+  std::optional<TurnErrors> turns;  ///< where targets have orientations
 };
 
 /// Error vectors (predicted minus measured, mm, tracker frame of the first station) of one point through the
@@ -104,6 +118,7 @@ struct RejectedPoint {
   std::size_t point = 0;   ///< index into MeasurementData::points
   double residual_mm = 0;  ///< length of its error under the model that judged it, residual field left out
   double sigmas = 0;       ///< the same, whitened, in standard deviations of one coordinate
+  double turn_rad = 0;     ///< by which its target is turned off, where that is what contradicts the others
 };
 
 /// How well what was measured from one of several stations is predicted.
@@ -150,8 +165,9 @@ struct Calibration {
   double misfit_mm = 0;  ///< of a coordinate: what the model leaves beyond the stated noise and chance
   StageErrors identify;
   std::optional<StageErrors> validate;
-  std::vector<StationErrors> stations;  ///< where there are several
-  std::vector<PointErrors> points;      ///< in the order of MeasurementData::points
+  std::vector<StationErrors> stations;             ///< where there are several
+  std::vector<std::optional<Mounting>> mountings;  ///< of each reflector that is a 6-D target
+  std::vector<PointErrors> points;                 ///< in the order of MeasurementData::points
 
   /// How well a predicted reflector position is known: mm^2, tracker frame.
   Eigen::Matrix3d position_covariance(const JointVector& q, int smr, Approach approach = {}) const {

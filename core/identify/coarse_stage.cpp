@@ -104,6 +104,7 @@ std::optional<CalibrationError> fit_base_and_reflectors(Identification& id) {
   const CalibratedCell& start = *found;
   const ParameterLayout layout = ParameterLayout::of(start);
   LeastSquaresProblem problem = id.points.problem(first_parameters(layout.link(0)));
+  problem.turn_weight.clear();  // the nominal arm is turned by more than any target is read
   problem.prior = placement_prior(layout);
   if (reweighs(id.options.loss)) {
     // The arm held at nominal says who is far off, not by how much one of them should count.

@@ -29,12 +29,13 @@ FitResult joined(FitResult first, FitResult then) {
 FitResult reweighted_fit(Identification& id, const CalibratedCell& start) {
   LeastSquaresProblem unweighted = id.problem;
   unweighted.W = id.points.whitening();
+  unweighted.turn_weight = id.points.turn_whitening();
   const RobustFit robust = robust_fit(start, unweighted);
   FitResult fit{.cell = robust.cell};
   for (int i = 0; i < kMaxReweightings; ++i) {
     const bool changed = id.points.weigh(fit.cell, id.options.loss, robust.sigma_mm);
     if (i > 0 && !changed) break;
-    id.problem.W = id.points.weighted_whitening();
+    id.points.weigh(id.problem);
     fit = joined(fit, solve(id.options, fit.cell, id.problem, id.options.max_fine_iterations));
   }
   return fit;
@@ -74,6 +75,7 @@ TrustedProblem trusted_problem(const Identification& id) {
   TrustedProblem trusted{.points = id.points.trusted_points(), .problem = id.problem};
   trusted.problem.points = trusted.points;
   trusted.problem.W = id.points.trusted_whitening();
+  trusted.problem.turn_weight = id.points.trusted_turns();
   return trusted;
 }
 
@@ -88,26 +90,27 @@ std::vector<int> fitted_first(const std::vector<int>& fitted, int size) {
 }
 
 /// Rows of the points, those first that are trusted.
-std::vector<int> trusted_first(const std::vector<bool>& trusted) {
+std::vector<int> trusted_first(const LeastSquaresProblem& problem, const std::vector<bool>& trusted) {
   std::vector<int> rows;
+  const auto of_points = rows_of_points(problem);
   for (const bool wanted : {true, false}) {
-    for (std::size_t i = 0; i < trusted.size(); ++i) {
-      const int row = 3 * static_cast<int>(i);
-      if (trusted[i] == wanted) rows.insert(rows.end(), {row, row + 1, row + 2});
-    }
+    for (std::size_t i = 0; i < trusted.size(); ++i)
+      if (trusted[i] == wanted) rows.insert(rows.end(), of_points[i].begin(), of_points[i].end());
   }
   return rows;
 }
 
 /// What the trusted points say of the fitted parameters, and the prior.
 ///
-/// @param f  residuals of the trusted points
-/// @param R  what they say of all parameters, those that are fitted first
-LinearSystem trusted_part(const Identification& id, const Eigen::VectorXd& f, const Eigen::MatrixXd& R) {
+/// @param seen  of all points
+/// @param f     residuals of the trusted points
+/// @param R     what they say of all parameters, those that are fitted first
+LinearSystem trusted_part(const Identification& id, const LinearSystem& seen, const Eigen::VectorXd& f,
+                          const Eigen::MatrixXd& R) {
   const auto fitted = static_cast<Eigen::Index>(id.problem.free.size());
   // Of a triangular factor the columns in front have the block in front as their own.
   const bool triangular = f.size() > R.cols();
-  LinearSystem part{f, R.topLeftCorner(triangular ? fitted : R.rows(), fitted)};
+  LinearSystem part{f, R.topLeftCorner(triangular ? fitted : R.rows(), fitted), seen.mountings};
   append_prior(part, id.fit.cell, id.problem);
   return part;
 }
@@ -123,15 +126,16 @@ Eigen::MatrixXd assess(Identification& id) {
   const CalibratedCell& cell = id.fit.cell;
   const int size = ParameterLayout::of(cell).size();
   const std::vector<int> order = fitted_first(id.problem.free, size);
-  LinearSystem seen = linearise(cell, id.points.problem(order));
-  const Eigen::Index trusted = id.points.equations(), others = seen.f.size() - trusted;
+  const LeastSquaresProblem all_points = id.points.problem(order);
+  LinearSystem seen = linearise(cell, all_points);
+  const Eigen::Index trusted = id.points.rows(), others = seen.f.size() - trusted;
   if (others > 0) {
-    const std::vector<int> rows = trusted_first(id.points.trusted());
-    seen = {seen.f(rows), seen.J(rows, Eigen::all)};
+    const std::vector<int> rows = trusted_first(all_points, id.points.trusted());
+    seen = {seen.f(rows), seen.J(rows, Eigen::all), seen.mountings};
   }
   Eigen::MatrixXd R = triangular_factor(seen.J.topRows(trusted));
-  id.uncertainty =
-      uncertainty_of(trusted_part(id, seen.f.head(trusted), R), id.problem, size, static_cast<int>(trusted));
+  id.uncertainty = uncertainty_of(trusted_part(id, seen, seen.f.head(trusted), R), id.problem, size,
+                                  static_cast<int>(trusted));
   if (others > 0) {
     Eigen::MatrixXd all(R.rows() + others, size);
     all << R, seen.J.bottomRows(others);
@@ -216,7 +220,8 @@ void assess_field(Identification& id, const Regressor& regressor) {
     }
     const double taken =
         id.uncertainty.determined + *freedom * static_cast<double>(regressor.state().Y.cols());
-    id.uncertainty.sigma0_mm = std::sqrt(squares / std::max(1.0, id.points.equations() - taken));
+    const double coordinates = 3 * static_cast<double>(trusted.points.size());
+    id.uncertainty.sigma0_mm = std::sqrt(squares / std::max(1.0, coordinates - taken));
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/identify/target_turns.hpp"
 #include "core/step_count.hpp"
 
 namespace truepose {
@@ -17,8 +18,22 @@ LinearSystem linearise(const CalibratedCell& cell, const LeastSquaresProblem& pr
     system.f.segment<3>(row) = (problem.W[i] * system.f.segment<3>(row)).eval();
     system.J.middleRows<3>(row) = (problem.W[i] * system.J.middleRows<3>(row)).eval();
   }
+  append_turns(system, cell, problem);
   append_prior(system, cell, problem);
   return system;
+}
+
+std::vector<std::vector<int>> rows_of_points(const LeastSquaresProblem& problem) {
+  std::vector<std::vector<int>> rows;
+  const int points = static_cast<int>(problem.points.size());
+  for (int i = 0; i < points; ++i) rows.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  int row = 3 * points;
+  if (problem.turn_weight.empty()) return rows;
+  for (const std::size_t i : oriented_points(problem.points)) {
+    rows[i].insert(rows[i].end(), {row, row + 1, row + 2});
+    row += 3;
+  }
+  return rows;
 }
 
 void append_prior(LinearSystem& system, const CalibratedCell& cell, const LeastSquaresProblem& problem) {

@@ -42,18 +42,20 @@ LeftOutPoses::LeftOutPoses(const CalibratedCell& cell, const LeastSquaresProblem
                            Eigen::Index fitted) {
   constexpr int kFolds = 10;
   const LinearSystem system = linearise(cell, problem);
+  const auto rows = rows_of_points(problem);
   const std::vector<int> pose = pose_numbers(problem.points);
   const int count = std::min(kFolds, count_poses(problem.points));
   std::vector<Normal> parts;
   for (int k = 0; k < count; ++k) {
-    std::vector<Eigen::Index> mine;
+    std::vector<int> mine;
     for (std::size_t i = 0; i < pose.size(); ++i) {
-      if (pose[i] % count != k) continue;
-      for (Eigen::Index c = 0; c < 3; ++c) mine.push_back(3 * static_cast<Eigen::Index>(i) + c);
+      if (pose[i] % count == k) mine.insert(mine.end(), rows[i].begin(), rows[i].end());
     }
     parts.push_back(normal_of(system.J(mine, Eigen::all), system.f(mine)));
   }
-  const auto of_points = 3 * static_cast<Eigen::Index>(pose.size()), of_prior = system.f.size() - of_points;
+  Eigen::Index of_points = 0;
+  for (const auto& of_point : rows) of_points += std::ssize(of_point);
+  const Eigen::Index of_prior = system.f.size() - of_points;
   // The prior's rows are never left out.
   Normal all = normal_of(system.J.bottomRows(of_prior), system.f.tail(of_prior));
   for (const Normal& part : parts) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/math/dense_algebra.hpp"
@@ -19,8 +20,7 @@ constexpr double kSide = 1.0 / 3;  // of the points
 std::optional<double> square_over_expected(const LinearSystem& system, const std::vector<bool>& left_out) {
   std::vector<int> out, in;
   for (int row = 0; row < static_cast<int>(system.f.size()); ++row)
-    (row < static_cast<int>(left_out.size()) && left_out[static_cast<std::size_t>(row)] ? out : in)
-        .push_back(row);
+    (left_out[static_cast<std::size_t>(row)] ? out : in).push_back(row);
   const Eigen::VectorXd scale = column_norms(system.J).cwiseInverse();
   const Eigen::MatrixXd J = system.J(in, Eigen::all) * scale.asDiagonal();
   const CholeskyFactor normal(gram(J));
@@ -38,8 +38,10 @@ std::optional<double> square_over_expected(const LinearSystem& system, const std
 
 }  // namespace
 
-double left_out_sides_factor(std::span<const Measurement> points, const LinearSystem& system) {
+double left_out_sides_factor(const LeastSquaresProblem& problem, const LinearSystem& system) {
+  const std::span<const Measurement> points = problem.points;
   if (points.empty()) return 1;
+  const auto rows = rows_of_points(problem);
   const auto side = static_cast<std::size_t>(kSide * static_cast<double>(points.size()));
   double sum = 0;
   int sides = 0;
@@ -48,11 +50,10 @@ double left_out_sides_factor(std::span<const Measurement> points, const LinearSy
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::stable_sort(order, {}, [&](std::size_t i) { return points[i].q[joint]; });
     for (const bool highest : {false, true}) {
-      std::vector<bool> left_out(3 * points.size());
-      for (std::size_t k = 0; k < side; ++k) {
-        const std::size_t i = highest ? order[order.size() - 1 - k] : order[k];
-        for (std::size_t row = 3 * i; row < 3 * i + 3; ++row) left_out[row] = true;
-      }
+      std::vector<bool> left_out(static_cast<std::size_t>(system.f.size()));
+      for (std::size_t k = 0; k < side; ++k)
+        for (const int row : rows[highest ? order[order.size() - 1 - k] : order[k]])
+          left_out[static_cast<std::size_t>(row)] = true;
       if (const auto ratio = square_over_expected(system, left_out)) {
         sum += *ratio;
         ++sides;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include "core/identify/least_squares_problem.hpp"
 
 namespace truepose {
@@ -11,8 +9,8 @@ namespace truepose {
 ///
 /// A model that describes the arm gives 1. One that does not is, where nothing was measured, worse by about
 /// as much as here: what it leaves is no noise, which is the same everywhere.
-/// @param system  of the points in order at the solution, then what else is known of the parameters
+/// @param system  of the problem, at its solution
 /// @return at least 1; 1 where the others do not determine the fit
-double left_out_sides_factor(std::span<const Measurement> points, const LinearSystem& system);
+double left_out_sides_factor(const LeastSquaresProblem& problem, const LinearSystem& system);
 
 }  // namespace truepose

@@ -74,7 +74,7 @@ EvidenceProblem evidence_problem(const CalibratedCell& cell, const LeastSquaresP
   return {.JtJ = left.topLeftCorner(n, n),
           .Jtr = left.col(n).head(n),
           .rr = std::max(left(n, n), 0.0),
-          .equations = static_cast<double>(J.rows() - U.cols()),
+          .equations = static_cast<double>(J.rows() - U.cols() - system.mountings),
           .class_of = classes.class_of,
           .unit = classes.unit,
           .classes = {},

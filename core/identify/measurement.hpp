@@ -14,6 +14,12 @@ namespace truepose {
 /// What a measured pose is for. Validation poses never touch the identification.
 enum class PoseSet { Identify, Validate };
 
+/// How a 6-D target (T-Mac, STS, a camera's marker) was turned when it was read.
+struct MeasuredOrientation {
+  Eigen::Matrix3d R_WT = Eigen::Matrix3d::Identity();  ///< the target's axes in the tracker frame
+  double sigma_rad = 0;                                ///< standard uncertainty of the turn about each axis
+};
+
 /// One reflector reading of a standing arm.
 struct Measurement {
   JointVector q;                     ///< joint positions (rad, mm)
@@ -33,6 +39,7 @@ struct Measurement {
   int pose = 0;                        ///< number that its campaign or file gave its pose, from 1; 0 = none
   /// Standard deviation per axis beyond that of the noise model, where it is known to be less steady.
   double excess_mm = 0;
+  std::optional<MeasuredOrientation> orientation;  ///< of a 6-D target
 };
 
 /// An arm that carries at each point what it carried there.

@@ -57,6 +57,23 @@ Eigen::Vector3d deviation_column(const RobotModel& robot, const DeviationTerm& t
   return along ? motion_along(moved, axis) : motion_about(moved, axis, P);
 }
 
+/// The axis about which a deviation turns what follows it; zero where it moves along.
+Eigen::Vector3d deviation_axis(const RobotModel& robot, const DeviationTerm& term, const TrackedFrames& X,
+                               const JointVector& q) {
+  if (moves_along(robot, term)) return Eigen::Vector3d::Zero();
+  const Eigen::Isometry3d& joint = X.joints[static_cast<std::size_t>(term.joint) + 1];
+  const int motion = guide_motion(term.basis);
+  if (motion < 0) return robot.joints[static_cast<std::size_t>(term.joint)].sign * motion_along(joint, 2);
+  const auto m = static_cast<std::size_t>(motion);
+  return motion_along(joint * guide_frames(robot, term.joint, q)[m], kGuideMotions[m].axis);
+}
+
+/// The common normal that follows a link's beta: about it alpha turns, along it a moves.
+Eigen::Vector3d normal_of(const Joint& joint, const Eigen::Isometry3d& before) {
+  return before.linear() *
+         (Eigen::AngleAxisd(joint.beta_rad, Eigen::Vector3d::UnitY()) * Eigen::Vector3d::UnitX());
+}
+
 }  // namespace
 
 Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
@@ -78,9 +95,7 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
     const auto link = static_cast<std::size_t>(i);
     const Eigen::Isometry3d &before = X.links[link], &after = X.joints[link + 1];
     const Eigen::Vector3d from_before = P - before.translation();
-    const Eigen::Vector3d x =
-        before.linear() * (Eigen::AngleAxisd(cell.robot.joints[link].beta_rad, Eigen::Vector3d::UnitY()) *
-                           Eigen::Vector3d::UnitX());
+    const Eigen::Vector3d x = normal_of(cell.robot.joints[link], before);
     auto columns = J.middleCols<5>(layout.link(i));
     columns.col(0) = x;
     columns.col(1) = x.cross(from_before);
@@ -94,6 +109,27 @@ Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVec
     J.col(layout.deviation(static_cast<int>(t))) =
         basis[t] * deviation_column(cell.robot, cell.robot.deviation[t], X, q, P);
   return P;
+}
+
+Eigen::Matrix3d turn_with_jacobian(const CalibratedCell& cell, const JointVector& q, PointJacobian& J,
+                                   Approach approach, int station) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  const TrackedFrames X(cell.robot, cell.base_at(station).isometry(), q, approach);
+  J.setZero(3, layout.size());
+  J.middleCols<3>(layout.base(station) + 3).setIdentity();
+  for (int i = 0; i < layout.joints; ++i) {
+    const auto link = static_cast<std::size_t>(i);
+    auto columns = J.middleCols<5>(layout.link(i));
+    columns.col(1) = normal_of(cell.robot.joints[link], X.links[link]);
+    columns.col(3) = motion_along(X.joints[link + 1], 2);
+    columns.col(4) = motion_along(X.links[link], 1);
+  }
+  std::vector<double> basis(cell.robot.deviation.size());
+  deviation_basis(cell.robot, q, approach, basis);
+  for (std::size_t t = 0; t < basis.size(); ++t)
+    J.col(layout.deviation(static_cast<int>(t))) =
+        basis[t] * deviation_axis(cell.robot, cell.robot.deviation[t], X, q);
+  return X.links[cell.robot.joints.size()].linear() * cell.robot.X_flange.linear();
 }
 
 namespace {

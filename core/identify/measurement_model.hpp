@@ -21,6 +21,11 @@ using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 Eigen::Vector3d predict_with_jacobian(const CalibratedCell& cell, const JointVector& q, int smr,
                                       PointJacobian& J, Approach approach = {}, int station = 0);
 
+/// How the flange is turned in the tracker frame, and how it turns with each parameter: rad per mm or rad,
+/// about the axes of that frame. As predict_with_jacobian() has it of a position.
+Eigen::Matrix3d turn_with_jacobian(const CalibratedCell& cell, const JointVector& q, PointJacobian& J,
+                                   Approach approach = {}, int station = 0);
+
 /// The same of the first reflector at many poses, by the kernels: positions (3N, mm) and rows
 /// (3N x ParameterLayout::size()), three a pose.
 void predict_with_jacobian(const CalibratedCell& cell, std::span<const JointVector> poses,

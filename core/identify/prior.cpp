@@ -38,7 +38,7 @@ Prior ridge_prior(const CalibratedCell& cell, const LeastSquaresProblem& problem
   }
   const Eigen::MatrixXd normal = gram(system.J);
   const Eigen::VectorXd g = transposed_times(system.J, system.f);
-  const auto equations = static_cast<double>(system.f.size());
+  const auto equations = static_cast<double>(system.f.size() - system.mountings);
 
   double best_score = std::numeric_limits<double>::infinity(), best_sigma = 0;
   for (double sigma = 1e-3; sigma < 1e2; sigma *= std::sqrt(10.0)) {

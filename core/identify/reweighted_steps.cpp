@@ -1,10 +1,12 @@
 #include "core/identify/reweighted_steps.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/least_squares_solver.hpp"
+#include "core/identify/target_turns.hpp"
 #include "core/identify/whole_steps.hpp"
 
 namespace truepose {
@@ -32,20 +34,36 @@ std::vector<double> whitened_lengths(const Eigen::VectorXd& residuals, std::span
   return lengths;
 }
 
+std::vector<double> whitened_lengths(const Eigen::VectorXd& residuals, const CalibratedCell& cell,
+                                     const LeastSquaresProblem& whitened, std::span<const double> weights) {
+  std::vector<double> lengths = whitened_lengths(residuals, whitened.W);
+  const std::vector<double> turns = whitened_turns(cell, whitened.points, whitened.turn_weight, weights);
+  for (std::size_t i = 0; i < lengths.size(); ++i) lengths[i] = std::max(lengths[i], turns[i]);
+  return lengths;
+}
+
 ReweightedSteps::ReweightedSteps(CalibratedCell start, const LeastSquaresProblem& problem)
     : cell_{std::move(start)},
-      whitening_{problem.W},
+      whitened_{problem},
       weighted_{problem},
+      weights_(problem.points.size(), 1.0),
       residuals_(cell_.robot, problem.points),
       points_{prepared(cell_, problem)},
-      lengths_mm_{whitened_lengths(residuals_.at(cell_), whitening_)} {}
+      lengths_mm_{lengths_at(cell_)} {}
+
+std::vector<double> ReweightedSteps::lengths_at(const CalibratedCell& cell) const {
+  return whitened_lengths(residuals_.at(cell), cell, whitened_, weights_);
+}
 
 void ReweightedSteps::step(std::span<const double> weights, const Prior& prior) {
-  weighted_.W = reweighted(whitening_, weights);
+  weights_.assign(weights.begin(), weights.end());
+  weighted_.W = reweighted(whitened_.W, weights);
+  for (std::size_t i = 0; i < weighted_.turn_weight.size(); ++i)
+    weighted_.turn_weight[i] = whitened_.turn_weight[i] * std::sqrt(weights[i]);
   weighted_.prior = prior;
   if (step_whole(weights)) return;
   cell_ = gauss_newton_by(StepSolver::Orthogonal, cell_, weighted_, {.max_iterations = 1})->cell;
-  lengths_mm_ = whitened_lengths(residuals_.at(cell_), whitening_);
+  lengths_mm_ = lengths_at(cell_);
 }
 
 /// False, and nothing is moved, where the step is not possible or does not descend.
@@ -61,7 +79,7 @@ bool ReweightedSteps::step_whole(std::span<const double> weights) {
   CalibratedCell next = cell_;
   const auto change = whole.advance(next);
   if (!change) return false;
-  std::vector<double> lengths_mm = whitened_lengths(residuals_.at(next), whitening_);
+  std::vector<double> lengths_mm = lengths_at(next);
   if (!ends_fit(*change, whole.rms_mm()) && !descends(whole.rms_mm(), rms_mm(lengths_mm, weights, next)))
     return false;
   cell_ = std::move(next);

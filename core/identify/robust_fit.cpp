@@ -132,9 +132,9 @@ RobustFit robust_fit(const CalibratedCell& start, const LeastSquaresProblem& pro
   return {steps.cell(), positive(sigma_from_median(lengths) / std::sqrt(freedom))};
 }
 
-std::vector<double> point_weights(const CalibratedCell& cell, std::span<const Measurement> points,
-                                  std::span<const Eigen::Matrix3d> W, Loss loss, double sigma_mm) {
-  std::vector<double> weights = whitened_lengths(residuals(cell, points), W);
+std::vector<double> point_weights(const CalibratedCell& cell, const LeastSquaresProblem& whitened,
+                                  std::span<const double> present, Loss loss, double sigma_mm) {
+  std::vector<double> weights = whitened_lengths(residuals(cell, whitened.points), cell, whitened, present);
   for (double& weight : weights) {
     const double u = weight / sigma_mm;
     switch (loss) {

@@ -52,9 +52,12 @@ struct RobustFit {
 };
 RobustFit robust_fit(const CalibratedCell& start, const LeastSquaresProblem& problem);
 
-/// Weight of each point under `loss`, from its whitened residual at `cell`. Beyond `sigma` times five (IGG3:
-/// six) a point has weight 0; Huber keeps every point.
-std::vector<double> point_weights(const CalibratedCell& cell, std::span<const Measurement> points,
-                                  std::span<const Eigen::Matrix3d> W, Loss loss, double sigma_mm);
+/// Weight of each point under `loss`, from its whitened residual at `cell`, or from the turn of its target
+/// where that is longer. Beyond `sigma` times five (IGG3: six) a point has weight 0; Huber keeps every point.
+///
+/// @param whitened  points and whitening alone
+/// @param present   the weights that they have
+std::vector<double> point_weights(const CalibratedCell& cell, const LeastSquaresProblem& whitened,
+                                  std::span<const double> present, Loss loss, double sigma_mm);
 
 }  // namespace truepose

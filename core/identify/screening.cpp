@@ -10,13 +10,15 @@
 #include "core/identify/identification.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/robust_fit.hpp"
+#include "core/identify/target_turns.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/error_law.hpp"
 
 namespace truepose {
 namespace {
 
-constexpr double kGross = 6;  // standard deviations of one coordinate
+constexpr double kGross = 6;             // standard deviations of one coordinate
+constexpr double kLeastTurn_rad = 1e-6;  // less is rounding
 /// Of the equations, what no parameter takes up. With less a fit comes so near that its own noise looks
 /// gross.
 constexpr double kLeastFreedom = 0.3;
@@ -43,6 +45,11 @@ std::vector<Distance> distances(const Identification& judge, PoseSet set, double
   Eigen::MatrixXd J;
   residuals_with_jacobian(judge.fit.cell, points, errors, J);
   const std::vector<Eigen::Matrix3d> predicted = congruence_blocks(J, judge.uncertainty.covariance);
+  const std::vector<std::optional<Eigen::Matrix3d>> R_FT =
+      best_mountings(judge.fit.cell, judge.points.points(), judge.points.weighted_turns());
+  const std::vector<Eigen::Vector3d> turns = target_turns(judge.fit.cell, points, R_FT);
+  const std::vector<double> turn_lengths =
+      turn_sigmas(judge.fit.cell, points, R_FT, judge.uncertainty.covariance, factor);
   std::vector<Distance> all;
   for (std::size_t k = 0; k < data.points.size(); ++k) {
     const Measurement& point = data.points[k];
@@ -52,7 +59,9 @@ std::vector<Distance> distances(const Identification& judge, PoseSet set, double
     if (!whitening.W.empty()) W = whitening.W[all.size()] / whitening.finest_mm;
     const Eigen::Matrix3d S =
         factor * factor * Eigen::Matrix3d::Identity() + W * predicted[all.size()] * W.transpose();
-    all.push_back({{k, error_mm.norm(), (inverse_cholesky(S) * W * error_mm).norm()}, error_mm});
+    const double length = (inverse_cholesky(S) * W * error_mm).norm(), turn = turn_lengths[all.size()];
+    const double turned_rad = turn > length ? turns[all.size()].norm() : 0;
+    all.push_back({{k, error_mm.norm(), std::max(length, turn), turned_rad}, error_mm});
   }
   return all;
 }
@@ -66,7 +75,8 @@ void divide_by_usual(std::vector<Distance>& all) {
 }
 
 bool beyond_six_sigma(const Distance& of) {
-  return of.point.sigmas > kGross && of.point.residual_mm > kLeastError_mm;
+  return of.point.sigmas > kGross &&
+         (of.point.residual_mm > kLeastError_mm || of.point.turn_rad > kLeastTurn_rad);
 }
 
 /// The law by which the points to identify scatter that are within six sigma; nothing where they are too few

@@ -26,7 +26,7 @@ double open_mm2(const Calibration& result, const JointVector& q, int smr, Approa
 void add_extrapolation(TransferUncertainty& transfer, const Calibration& result, const Identification& id) {
   if (result.cell.robot.field) return;  // which knows itself how far it is from its points
   const TrustedProblem trusted = trusted_problem(id);
-  const double times = left_out_sides_factor(trusted.points, linearise(id.fit.cell, trusted.problem));
+  const double times = left_out_sides_factor(trusted.problem, linearise(id.fit.cell, trusted.problem));
   double measured_mm2 = 0;
   for (const Measurement& m : trusted.points)
     measured_mm2 += open_mm2(result, m.q, m.smr, m.direction) / static_cast<double>(trusted.points.size());

@@ -37,10 +37,10 @@ ParameterUncertainty uncertainty_of(const LinearSystem& system, const LeastSquar
     result.determined -= inverse(a, a) * weight(i) * weight(i);
   }
 
-  result.sigma0_mm =
-      problem.prior.sigma_mm > 0
-          ? problem.prior.sigma_mm
-          : std::sqrt(system.f.head(equations).squaredNorm() / std::max(1.0, equations - result.determined));
+  result.sigma0_mm = problem.prior.sigma_mm > 0
+                         ? problem.prior.sigma_mm
+                         : std::sqrt(system.f.head(equations).squaredNorm() /
+                                     std::max(1.0, equations - system.mountings - result.determined));
   result.covariance = Eigen::MatrixXd::Zero(parameters, parameters);
   result.data_share = Eigen::VectorXd::Zero(parameters);
   const double variance0 = result.sigma0_mm * result.sigma0_mm;

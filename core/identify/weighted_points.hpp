@@ -23,23 +23,31 @@ class WeightedPoints {
 
   const std::vector<Measurement>& points() const { return points_; }
   const std::vector<Eigen::Matrix3d>& whitening() const { return whitening_; }  ///< empty = identity
+  const std::vector<double>& turn_whitening() const { return turns_; }          ///< empty = no 6-D target
   const std::vector<double>& weights() const { return weights_; }
   double stated_sigma_mm() const { return stated_sigma_mm_; }  ///< of a whitened coordinate; 0 = unknown
 
   const std::vector<bool>& trusted() const { return trusted_; }
   std::vector<Measurement> trusted_points() const;
 
-  /// Coordinates of the trusted points.
+  /// Rows of the trusted points in a linear system: their coordinates, and the turns of their targets.
+  int rows() const;
+  /// The same without what the unknown mountings of 6-D targets take up.
   int equations() const;
   /// Length (mm) of a point's error once whitened.
   double whitened_length(std::size_t point, const Eigen::Vector3d& error_mm) const;
 
   /// The problem of fitting `free` under the present weights.
   LeastSquaresProblem problem(std::vector<int> free) const;
+  /// Gives these points in a problem their present weights.
+  void weigh(LeastSquaresProblem& problem) const;
   /// The whitening times the root of the weight, of each point; empty = identity.
   std::vector<Eigen::Matrix3d> weighted_whitening() const;
   /// The same of the trusted points.
   std::vector<Eigen::Matrix3d> trusted_whitening() const;
+  /// Weights of the turns of 6-D targets, that of their point included; empty = none has one.
+  std::vector<double> weighted_turns() const;
+  std::vector<double> trusted_turns() const;
 
   /// Weighs every point anew by how far it is from `cell`, unless all weights would stay as they are.
   /// @param sigma_mm  of one coordinate of a good point's whitened residual
@@ -51,6 +59,7 @@ class WeightedPoints {
  private:
   std::vector<Measurement> points_;
   std::vector<Eigen::Matrix3d> whitening_;
+  std::vector<double> turns_;  ///< mm per rad of each point's orientation; empty = none has one
   double stated_sigma_mm_ = 0;
   std::vector<double> weights_;
   std::vector<bool> trusted_;

@@ -27,6 +27,7 @@ WholeSteps::WholeSteps(const CalibratedCell& start, PreparedPoints& points,
       direction_{Eigen::VectorXd::Zero(ParameterLayout::of(start).size())} {}
 
 bool WholeSteps::possible(const CalibratedCell& start, const LeastSquaresProblem& problem) {
+  if (!problem.turn_weight.empty()) return false;  // the kernels know positions
   const int first_link = ParameterLayout::of(start).link(0);
   return std::ranges::count_if(problem.free, [=](int parameter) { return parameter >= first_link; }) <=
          NormalEquations::kMostLinkParameters;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
 
 namespace truepose {
 namespace {
@@ -34,7 +35,7 @@ SimulatedCampaign measure_campaign(const TrueArmSetup& arm, std::span<const Join
   // Streams of their own, so that gross errors do not change the noise of the other points.
   Random seeds{options.seed};
   TrueArm repeating{arm, seeds.next()};
-  Random noise{seeds.next()}, fault{seeds.next()};
+  Random noise{seeds.next()}, fault{seeds.next()}, turning{seeds.next()};
   TrueArmSetup exact_setup = arm;
   exact_setup.repeatability_mm = 0;
   TrueArm exact{std::move(exact_setup), 0};
@@ -56,6 +57,9 @@ SimulatedCampaign measure_campaign(const TrueArmSetup& arm, std::span<const Join
       const double length_mm = fault.uniform(options.gross.min_mm, options.gross.max_mm);
       point.p_WS_mm += length_mm * normal_vector(fault).normalized();
     }
+    if (options.turn_noise_rad > 0)
+      point.orientation = {rotation_by(options.turn_noise_rad * normal_vector(turning)) * repeating.R_WT(q),
+                           options.turn_noise_rad};
     if (options.record_directions) point.direction = repeating.directions();
     campaign.p_true_mm.push_back(exact.p_WS_mm(q));
     campaign.data.points.push_back(std::move(point));

@@ -28,7 +28,10 @@ struct CampaignOptions {
   double tracker_noise_mm = kTrackerNoise_mm;
   GrossErrors gross;
   bool record_directions = true;  ///< into Measurement::direction
-  std::uint64_t seed = 0;         ///< of every random number of the campaign, the arm's included
+  /// Standard deviation of the turn about each axis that a 6-D target shows; 0: a reflector, which shows
+  /// none.
+  double turn_noise_rad = 0;
+  std::uint64_t seed = 0;  ///< of every random number of the campaign, the arm's included
 };
 
 /// What a simulated campaign measured, and the truth that a real one never knows, point by point.

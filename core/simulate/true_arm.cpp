@@ -162,6 +162,10 @@ Eigen::Vector3d TrueArm::p_WS_mm(const JointVector& q, std::size_t reflector) co
   return setup_.X_WB * (X_BF(q) * reflectors_[reflector].p_FS_mm + deviation_mm_);
 }
 
+Eigen::Matrix3d TrueArm::R_WT(const JointVector& q) const {
+  return setup_.X_WB.linear() * X_BF(q).linear() * setup_.R_FT;
+}
+
 bool TrueArm::visible(const JointVector& q, std::size_t reflector) const {
   const TrueReflector& seen = reflectors_[reflector];
   const Eigen::Isometry3d X_BF_true = X_BF(q);

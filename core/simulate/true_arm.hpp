@@ -85,6 +85,7 @@ struct TrueArmSetup {
   double acceptance_rad = 0.5235987755982988;  ///< half angle of the cone in which the beam returns (30 deg)
   double repeatability_mm = 0;                 ///< standard deviation per axis, drawn anew at each stop
   std::vector<TrueReflector> further{};        ///< beside that one
+  Eigen::Matrix3d R_FT = Eigen::Matrix3d::Identity();  ///< how the first is mounted where it is a 6-D target
 };
 
 /// The arm as it really is: given the joints that its controller reads, where the reflector truly stands.
@@ -116,6 +117,9 @@ class TrueArm {
   std::size_t reflectors() const { return reflectors_.size(); }
   /// True centre of a reflector in the tracker frame, with the deviation and the directions of the last stop.
   Eigen::Vector3d p_WS_mm(const JointVector& q, std::size_t reflector = 0) const;
+
+  /// How the first reflector's axes are turned in the tracker frame, if it is a 6-D target.
+  Eigen::Matrix3d R_WT(const JointVector& q) const;
 
   /// Whether the beam comes back: the tracker (origin of W) is inside the reflector's acceptance cone, and
   /// the reflector above the floor on which the base stands.
