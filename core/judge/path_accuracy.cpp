@@ -8,7 +8,6 @@
 namespace truepose {
 namespace {
 
-constexpr double kGap_s = 0.2;       // longer than any distance of samples
 constexpr double kStands_mm = 1e-3;  // what is nearer is the same place
 constexpr std::size_t kWindow = 25;  // samples: half a second of motion at 20 ms each
 // A chord cuts a curve's corner by more than a corrected arm's error (0.05 mm of a radius of 100 mm at 0.3
@@ -49,15 +48,16 @@ Eigen::Vector3d nearest_of_segment(const Eigen::Vector3d& from, const Eigen::Vec
   return square > 0 ? from + std::clamp(along.dot(p - from) / square, 0.0, 1.0) * along : from;
 }
 
-/// The wanted path, in pieces where time is missing.
+/// The wanted path, or that with the drives' lag applied, in pieces where time is missing.
 class WantedPath {
  public:
-  explicit WantedPath(std::span<const PathSample> samples) {
+  /// @param place  of a sample
+  WantedPath(std::span<const PathSample> samples, const auto& place) {
     const PathSample* before = nullptr;
     for (const PathSample& sample : samples) {
       if (!sample.at_point) {
         if (before == nullptr || !goes_on(*before, sample)) pieces_.emplace_back();
-        add(pieces_.back(), sample.wanted_mm);
+        add(pieces_.back(), place(sample));
         before = &sample;
       }
       places_.push_back(
@@ -102,6 +102,17 @@ ErrorLengths lengths_of(std::vector<double> errors) {
   return lengths;
 }
 
+/// Of the samples along the path that are judged; empty where none is, or the lag is not known.
+std::optional<ErrorLengths> lagged_lengths(std::span<const PathSample> samples,
+                                           std::span<const SampleErrors> errors) {
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (!samples[i].at_point && samples[i].corrected() && errors[i].with_lagged)
+      lengths.push_back(errors[i].with_lagged->error_mm.norm());
+  }
+  return lengths.empty() ? std::nullopt : std::optional{lengths_of(std::move(lengths))};
+}
+
 std::optional<ErrorComparison> compare(std::span<const PathSample> samples,
                                        std::span<const SampleErrors> errors, bool at_points) {
   std::vector<double> with, without;
@@ -117,10 +128,15 @@ std::optional<ErrorComparison> compare(std::span<const PathSample> samples,
 
 }  // namespace
 
-bool goes_on(const PathSample& from, const PathSample& to) { return to.time_s - from.time_s <= kGap_s; }
+bool goes_on(const PathSample& from, const PathSample& to) { return goes_on(from.time_s, to.time_s); }
 
 std::vector<SampleErrors> sample_errors(std::span<const PathSample> samples) {
-  const WantedPath path{samples};
+  const WantedPath path{samples, [](const PathSample& sample) { return sample.wanted_mm; }};
+  const bool lag_known =
+      std::ranges::all_of(samples, [](const auto& sample) { return sample.lagged_mm.has_value(); });
+  const auto lagged =
+      lag_known ? std::optional{WantedPath{samples, [](const auto& sample) { return *sample.lagged_mm; }}}
+                : std::nullopt;
   std::vector<SampleErrors> errors;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const PathSample& sample = samples[i];
@@ -129,6 +145,9 @@ std::vector<SampleErrors> sample_errors(std::span<const PathSample> samples) {
       return PathError{place, p - place};
     };
     errors.push_back({error_of(sample.with_mm), error_of(sample.without_mm)});
+    if (!lagged || sample.at_point) continue;
+    const Eigen::Vector3d place = lagged->nearest(i, sample.with_mm);
+    errors.back().with_lagged = PathError{place, sample.with_mm - place};
   }
   return errors;
 }
@@ -149,13 +168,13 @@ std::vector<PathSample> partly_corrected_points(std::span<const PathSample> samp
 
 bool PathAccuracy::refuted() const {
   if (points) return !points->improved();
-  return path && !path->improved();
+  return path && !improves(path->without.mean, path_with().mean);
 }
 
 PathAccuracy path_accuracy(std::span<const PathSample> samples) {
   const std::vector<SampleErrors> errors = sample_errors(samples);
   return {compare(samples, errors, true), static_cast<int>(partly_corrected_points(samples).size()),
-          compare(samples, errors, false)};
+          compare(samples, errors, false), lagged_lengths(samples, errors)};
 }
 
 }  // namespace truepose

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/judge/drive_lag.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -18,6 +19,8 @@ struct PathSample {
   Eigen::Vector3d wanted_mm{0, 0, 0};   ///< of the data sheet's arm at the set points
   Eigen::Vector3d with_mm{0, 0, 0};     ///< of the real arm as it went
   Eigen::Vector3d without_mm{0, 0, 0};  ///< of the real arm, had its axes stood at the set points
+  /// Of the data sheet's arm at the set points with the drives' lag applied; none where the lag is not known.
+  std::optional<Eigen::Vector3d> lagged_mm = {};
 
   bool corrected() const { return gain_percent >= 100; }  ///< by all of the correction
 };
@@ -26,6 +29,7 @@ struct PathSample {
 struct ProductionPath {
   std::string program;
   std::vector<PathSample> samples;  ///< those of the path are a few hundredths of a second apart
+  std::optional<DriveLag> lag;      ///< where the axes were recorded
 };
 
 /// Whether the arm went on from one sample to the next: no time is missing between them.
@@ -37,10 +41,12 @@ struct PathError {
 };
 struct SampleErrors {
   PathError with, without;
+  std::optional<PathError> with_lagged;  ///< from the wanted path with the drives' lag applied; not at points
 };
 
 /// The error of each sample: at a point from the wanted position, along the path from the nearest place on
-/// the wanted path within half a second of motion, so that the time by which drives lag is no error.
+/// the wanted path within half a second of motion. The time by which drives lag is no error then, but what
+/// they cut off a curve is; from the wanted path with the same lag applied, that is none either.
 std::vector<SampleErrors> sample_errors(std::span<const PathSample> samples);
 
 /// The points that the program left before all of the correction was in force; where it waited for that, it
@@ -64,7 +70,11 @@ struct PathAccuracy {
   std::optional<ErrorComparison> points;  ///< where any was judged, as below
   int points_partly_corrected = 0;
   std::optional<ErrorComparison> path;
+  std::optional<ErrorLengths>
+      path_lagged;  ///< with the correction, from the wanted path with the lag applied
 
+  /// Of a judged path with the correction, the drives' lag apart where it is known.
+  const ErrorLengths& path_with() const { return path_lagged ? *path_lagged : path->with; }
   bool judged() const { return points || path; }
   /// Whether something was judged and the correction did not bring the reflector nearer: by the points, where
   /// the arm stood, and by the path where no point was judged.

@@ -151,8 +151,7 @@ std::string findings(const ReportDocument& document) {
     text += fmt::format("\n{}\n", transfer_text(*document.transfer));
     if (!document.transfer->warning.empty()) text += fmt::format("Warning: {}\n", document.transfer->warning);
   }
-  if (document.production)
-    text += fmt::format("\nProduction: {}\n", production_verdict(*document.production).sentence);
+  if (document.production) text += "\n" + production_text(*document.production);
   return text;
 }
 
@@ -179,10 +178,7 @@ std::string render_text(const boost::json::object& json) {
 std::string why_unusable(const boost::json::object& json) {
   const ReportDocument document = read_document(json);
   if (document.verdict->failed()) return document.verdict->findings.front().sentence;
-  if (document.production && document.production->accuracy.refuted())
-    return fmt::format("in production ({}) the correction brings the arm no nearer",
-                       document.production->path.program);
-  return {};
+  return document.production ? why_refuted(*document.production) : "";
 }
 
 std::string improvement_text(const ReportDocument& document) {

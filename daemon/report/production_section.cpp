@@ -18,7 +18,8 @@ constexpr std::size_t kMostOfPathDrawn = 2000;
 constexpr double kLeastDrawn_mm = 1;  // a path that is shorter has no shape
 constexpr double kErrorPart = 0.06;   // of the path's size: as long is the usual error drawn at most
 
-constexpr std::string_view kWithout = "Without the correction", kWith = "With the correction";
+constexpr std::string_view kWithout = "Without the correction", kWith = "With the correction",
+                           kLagged = "With the correction, lag of the drives apart";
 
 /// A production program with the error of each sample.
 struct JudgedPath {
@@ -58,13 +59,12 @@ std::string partly_corrected_text(const record::Production& production) {
 }
 
 /// "on average 0.052 mm from where it was wanted, and 1.903 mm without the correction: 37 times nearer"
-std::string means_text(const ErrorComparison& compared) {
-  const std::string nearer =
-      compared.improved()
-          ? fmt::format(": {} times nearer", factor_text(compared.without.mean, compared.with.mean))
-          : "";
+std::string means_text(const ErrorLengths& with, const ErrorLengths& without) {
+  const std::string nearer = improves(without.mean, with.mean)
+                                 ? fmt::format(": {} times nearer", factor_text(without.mean, with.mean))
+                                 : "";
   return fmt::format("on average {} mm from where it was wanted, and {} mm without the correction{}",
-                     error_text(compared.with.mean), error_text(compared.without.mean), nearer);
+                     error_text(with.mean), error_text(without.mean), nearer);
 }
 
 /// "At 38 points of GLUING", and along its path where it was judged by no point.
@@ -72,10 +72,10 @@ std::string judged_text(const record::Production& production) {
   const PathAccuracy& accuracy = production.accuracy;
   if (!accuracy.points)
     return fmt::format("Along the path of {} the reflector was {}", production.path.program,
-                       means_text(*accuracy.path));
+                       means_text(accuracy.path_with(), accuracy.path->without));
   return fmt::format("At {} point{} of {} the reflector was {}", accuracy.points->count,
                      accuracy.points->count == 1 ? "" : "s", production.path.program,
-                     means_text(*accuracy.points));
+                     means_text(accuracy.points->with, accuracy.points->without));
 }
 
 /// What the correction made worse though the points are nearer on average; empty: nothing.
@@ -87,17 +87,38 @@ std::string worse_text(const record::Production& production) {
   if (worse > 0)
     return fmt::format("{} of the points {} farther off with the correction than without it", worse,
                        worse == 1 ? "is" : "are");
-  const auto& path = production.accuracy.path;
-  if (path && !path->improved())
+  if (!production.accuracy.path) return {};
+  const ErrorLengths &with = production.accuracy.path_with(), &without = production.accuracy.path->without;
+  if (!improves(without.mean, with.mean))
     return "along the path the reflector is no nearer with the correction than without it";
-  if (path && path->with.max > path->without.max)
+  if (with.max > without.max)
     return "at its worst place along the path the reflector is farther off with the correction than without it";
   return {};
 }
 
 // ---- Tables and drawings
 
-void add_rows(Table& table, std::string_view title, const ErrorComparison& compared) {
+/// "12 ms dead time and 40 ms time constant": of each axis, of which those that are alike stand together.
+std::string lag_text(const DriveLag& lag) {
+  const auto ms = [](double s) { return fmt::format("{:.0f}", 1000 * s); };
+  std::vector<std::pair<std::string, std::string>> groups;  // what, of which axes
+  for (std::size_t i = 0; i < lag.axes.size(); ++i) {
+    const AxisLag& axis = lag.axes[i];
+    const std::string what = axis.identified ? fmt::format("dead time {} ms, time constant {} ms",
+                                                           ms(axis.dead_time_s), ms(axis.time_constant_s))
+                                             : "moved too little, taken as the mean of the other axes";
+    auto known = std::ranges::find(groups, what, &std::pair<std::string, std::string>::first);
+    if (known == groups.end()) known = groups.insert(groups.end(), {what, ""});
+    known->second += fmt::format("{}A{}", known->second.empty() ? "" : ", ", i + 1);
+  }
+  std::string text;
+  for (const auto& [what, axes] : groups)
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", axes, what);
+  return text;
+}
+
+void add_rows(Table& table, std::string_view title, const ErrorComparison& compared,
+              const std::optional<ErrorLengths>& lagged = std::nullopt) {
   table.group(title);
   const auto row = [&](std::string_view name, std::string_view color, const ErrorLengths& errors,
                        const std::string& factor) {
@@ -106,6 +127,7 @@ void add_rows(Table& table, std::string_view title, const ErrorComparison& compa
   };
   row(kWithout, kBeforeColor, compared.without, "");
   row(kWith, kCompensatedColor, compared.with, factor_text(compared.without.mean, compared.with.mean));
+  if (lagged) row(kLagged, kGeometricColor, *lagged, factor_text(compared.without.mean, lagged->mean));
 }
 
 std::string figures_table(const PathAccuracy& accuracy) {
@@ -118,7 +140,8 @@ std::string figures_table(const PathAccuracy& accuracy) {
              *accuracy.points);
   }
   if (accuracy.path)
-    add_rows(table, fmt::format("Along the path: {} samples", accuracy.path->count), *accuracy.path);
+    add_rows(table, fmt::format("Along the path: {} samples", accuracy.path->count), *accuracy.path,
+             accuracy.path_lagged);
   return std::move(table).scrolled();
 }
 
@@ -207,31 +230,38 @@ std::string drawings(const JudgedPath& path) {
                                              drawing(kWith, kCompensatedColor, &SampleErrors::with)}));
 }
 
-using SeriesPair = std::array<Series, 2>;  // without and with the correction
+// Without the correction, with it, and with it from the wanted path with the lag applied.
+using PathSeries = std::array<Series, 3>;
 
-SeriesPair empty_series() {
+PathSeries path_series() {
   return {Series{std::string(kWithout), kBeforeColor, Marker::HollowCircle},
-          Series{std::string(kWith), kCompensatedColor, Marker::Circle}};
+          Series{std::string(kWith), kCompensatedColor, Marker::Circle},
+          Series{std::string(kLagged), kGeometricColor, Marker::Circle}};
 }
 
-void add(SeriesPair& series, double x, const SampleErrors& errors, const std::string& place) {
-  for (const auto& [one, error] : {std::pair{&series[0], &errors.without}, {&series[1], &errors.with}}) {
-    const double mm = error->error_mm.norm();
-    one->points.push_back({x, mm, fmt::format("{}, {}: {} mm", one->name, place, error_text(mm))});
-  }
+void add(PathSeries& series, double x, const SampleErrors& errors, const std::string& place) {
+  const auto add_to = [&](Series& one, const PathError& error) {
+    const double mm = error.error_mm.norm();
+    one.points.push_back({x, mm, fmt::format("{}, {}: {} mm", one.name, place, error_text(mm))});
+  };
+  add_to(series[0], errors.without);
+  add_to(series[1], errors.with);
+  if (errors.with_lagged) add_to(series[2], *errors.with_lagged);
 }
 
-std::string chart(std::string title, std::string x_label, SeriesPair series) {
+std::string chart(std::string title, std::string x_label, PathSeries series) {
   if (series[0].points.empty()) return "";
+  std::vector<Series> shown{std::move(series[0]), std::move(series[1])};
+  if (!series[2].points.empty()) shown.push_back(std::move(series[2]));
   return boxed(point_chart_svg({.title = std::move(title),
                                 .x_label = std::move(x_label),
                                 .y_unit = "mm, logarithmic",
                                 .log_y = true,
-                                .series = {std::move(series[0]), std::move(series[1])}}));
+                                .series = std::move(shown)}));
 }
 
 std::string path_chart(const JudgedPath& path) {
-  SeriesPair series = empty_series();
+  PathSeries series = path_series();
   double length_mm = 0;
   const PathSample* before = nullptr;
   std::size_t k = 0;
@@ -248,7 +278,7 @@ std::string path_chart(const JudgedPath& path) {
 }
 
 std::string point_chart(const JudgedPath& path) {
-  SeriesPair series = empty_series();
+  PathSeries series = path_series();
   int number = 0;
   for (std::size_t i = 0; i < path.samples.size(); ++i) {
     if (!path.samples[i].at_point) continue;
@@ -282,6 +312,33 @@ Verdict production_verdict(const record::Production& production) {
   return {partly.empty() ? Use : Caution, judged + "."};
 }
 
+std::string path_text(const record::Production& production) {
+  const PathAccuracy& accuracy = production.accuracy;
+  if (!accuracy.path) return {};
+  const auto figures = [](const ErrorLengths& lengths) {
+    return fmt::format("mean {}, 95 % within {}, max {} mm", error_text(lengths.mean),
+                       error_text(lengths.p95), error_text(lengths.max));
+  };
+  std::string text = fmt::format("Distance from the wanted path: {}.", figures(accuracy.path->with));
+  if (!accuracy.path_lagged) return text + " It includes what the lag of the drives cuts off curves.";
+  text += fmt::format(" From the wanted path with the lag of the drives applied: {}.",
+                      figures(*accuracy.path_lagged));
+  if (!production.path.lag) return text;
+  return text + fmt::format(" Lag of the drives: {:.0f} ms on average ({}).",
+                            1000 * production.path.lag->mean_delay_s(), lag_text(*production.path.lag));
+}
+
+std::string production_text(const record::Production& production) {
+  const std::string path = path_text(production);
+  return fmt::format("Production: {}\n{}{}", production_verdict(production).sentence, path,
+                     path.empty() ? "" : "\n");
+}
+
+std::string why_refuted(const record::Production& production) {
+  if (!production.accuracy.refuted()) return {};
+  return fmt::format("in production ({}) the correction brings the arm no nearer", production.path.program);
+}
+
 std::string production_csv(const ProductionPath& path) {
   std::string csv =
       "time_s,program,point,gain_percent,wanted_x_mm,wanted_y_mm,wanted_z_mm,with_x_mm,with_y_mm,with_z_mm,"
@@ -297,8 +354,10 @@ std::string production_csv(const ProductionPath& path) {
 }
 
 std::string production_section(const ReportDocument& document) {
-  if (!document.production) return "";
-  const record::Production& production = *document.production;
+  return document.production ? production_section(*document.production) : "";
+}
+
+std::string production_section(const record::Production& production) {
   const std::string title = "Production program " + xml::escaped(production.path.program),
                     verdict = verdict_paragraph(production_verdict(production));
   if (!production.accuracy.judged()) return section(title, verdict);
@@ -311,7 +370,8 @@ std::string production_section(const ReportDocument& document) {
               "that the time by which drives lag is no error, though what they cut off curves is. Only where all of "
               "the correction was in force; without it: the same arm, its axes at the set points, so nothing cut off. "
               "In mm, the robot's base frame.") +
-          figures_table(production.accuracy) + drawings(path) + charts(path_chart(path) + point_chart(path)),
+          note(path_text(production)) + figures_table(production.accuracy) + drawings(path) +
+          charts(path_chart(path) + point_chart(path)),
       "whole");
 }
 

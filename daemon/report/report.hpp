@@ -47,6 +47,16 @@ std::string render_text(const boost::json::object& document);
 /// @param document  as for render_html
 std::string why_unusable(const boost::json::object& document);
 
+/// The page of a production program that a model file judged, without a campaign. It carries the samples for
+/// download.
+///
+/// @param document  {"robot","model","production"}: names, and as record::production_json makes it
+std::string render_production_html(const boost::json::object& document);
+/// The same for a terminal, ending in a newline.
+std::string render_production_text(const boost::json::object& document);
+/// As why_unusable() says of a program; empty: nothing is against the model.
+std::string why_production_unusable(const boost::json::object& document);
+
 /// A file that a page carries for download.
 struct EmbeddedFile {
   std::string name, type, content;  ///< type: as in "text/csv"

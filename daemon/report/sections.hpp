@@ -114,6 +114,15 @@ std::string time_text(const std::string& rfc3339);
 /// The points of a calibration document as a measurement file, from which `truepose calibrate` with the
 /// document's arm comes to the same result; empty where an older document does not say where they were.
 std::string measurements_csv(const std::vector<record::Point>& points);
+/// The distance from the wanted path with and without the lag of the drives, and that lag; empty where no
+/// path was judged.
+std::string path_text(const record::Production& production);
+/// Both for a terminal, ending in a newline.
+std::string production_text(const record::Production& production);
+/// Why the model must not correct the program, a clause; empty: nothing is against it.
+std::string why_refuted(const record::Production& production);
+/// Title and content of the section of a production program.
+std::string production_section(const record::Production& production);
 /// The samples of a production program, mm in the robot's base frame.
 std::string production_csv(const ProductionPath& path);
 /// A text as a field of such files.

@@ -265,12 +265,24 @@ void layout(auto& io, Is<PathSample> auto& x) {
   io("wanted", x.wanted_mm);
   io("with", x.with_mm);
   io("without", x.without_mm);
+  io.optional("lagged", x.lagged_mm);
+}
+void layout(auto& io, Is<AxisLag> auto& x) {
+  io("dead_time_s", x.dead_time_s, kNotNegative);
+  io("time_constant_s", x.time_constant_s, kNotNegative);
+  io("identified", x.identified);
+}
+void layout(auto& io, Is<DriveLag> auto& x) {
+  io("axes", x.axes);
+  io("residual_deg", x.residual_rad, Degrees{}, kNotNegative);
 }
 void layout(auto& io, Is<Production> auto& x) {
   io("program", x.path.program);
   io.optional("points", x.accuracy.points);
   io("points_partly_corrected", x.accuracy.points_partly_corrected, kCount);
   io.optional("path", x.accuracy.path);
+  io.optional("path_lagged", x.accuracy.path_lagged);
+  io.optional("lag", x.path.lag);
   io("samples", x.path.samples);
 }
 void layout(auto& io, Is<CalibrationDocument> auto& x) {
@@ -332,6 +344,10 @@ json::object noise_json(const MeasurementNoise& noise) { return to_json(StatedNo
 
 json::object production_json(const ProductionPath& path) {
   return to_json(Production{path, path_accuracy(path.samples)});
+}
+
+std::expected<Production, std::string> read_production(const json::object& production) {
+  return from_json<Production>(production);
 }
 
 json::object calibration_document(const CalibrationDocument& document) {

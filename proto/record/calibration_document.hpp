@@ -182,8 +182,13 @@ boost::json::object verdict_json(const CalibrationVerdict& verdict);
 
 /// What a calibration document says of a production program as its member "production":
 /// {"program","points":{"count","with":{"mean","p95","max"},"without":{..}},"points_partly_corrected",
-/// "path":{as points},"samples":[{"time_s","point","gain_percent","wanted","with","without"}]}, mm.
+/// "path":{as points},"path_lagged":{"mean","p95","max"},"lag":{"axes":[{"dead_time_s","time_constant_s",
+/// "identified"}],"residual_deg"},"samples":[{"time_s","point","gain_percent","wanted","with","without",
+/// "lagged"}]}, mm; the lag's members where the axes were recorded.
 boost::json::object production_json(const ProductionPath& path);
+
+/// Reads that member. @return it, or one sentence that names what is wrong
+std::expected<Production, std::string> read_production(const boost::json::object& production);
 
 boost::json::object calibration_document(const CalibrationDocument& document);
 

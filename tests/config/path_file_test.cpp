@@ -16,12 +16,18 @@ const std::string kPlaces = ",1,2,3,4,5,6,7,8,9,1,2,3\n";
 class PathFile : public testing::Test {
  protected:
   ProductionPath load(const std::string& text) {
-    return load_production_path(folder_.write("path.csv", text), X_WB_, {10, 0, 0});
+    return load_production_path(folder_.write("path.csv", text), {X_WB_, {10, 0, 0}, two_joints()});
   }
   /// Of a file of these rows.
   std::string error(const std::string& rows) {
     return error_of([&] { load(kPathHeader + rows); }, folder_.path() / "path.csv");
   }
+  static RobotModel two_joints() {
+    RobotModel arm;
+    arm.joints.resize(2);
+    return arm;
+  }
+
   TempFolder folder_;
   Eigen::Isometry3d X_WB_ = Eigen::Isometry3d::Identity();
 };
@@ -56,6 +62,26 @@ TEST_F(PathFile, NamesAllProgramsOnce) {
   std::string many;
   for (int i = 0; i <= 20; ++i) many += "1,P" + std::to_string(i) + ",0,0" + kPlaces;
   EXPECT_EQ(error(many), "path.csv: row 21 (line 22): program: more than 20 programs in one file");
+}
+
+TEST_F(PathFile, WithoutAxesHasNoLag) {
+  const ProductionPath path = load(kPathHeader + "1,GLUE,0,100" + kPlaces);
+  EXPECT_FALSE(path.lag);
+  EXPECT_FALSE(path.samples[0].lagged_mm);
+}
+
+TEST_F(PathFile, WithAxesHasThemOfEveryJoint) {
+  std::string header = kPathHeader;
+  header.insert(header.size() - 1,
+                ",set_a1_deg,set_a2_deg,correction_a1_deg,correction_a2_deg,actual_a1_deg");
+  const auto load_it = [&](const std::string& text) {
+    return error_of([&] { load(text); }, folder_.path() / "path.csv");
+  };
+  EXPECT_EQ(load_it(header + "1,GLUE,0,100,1,2,3,4,5,6,7,8,9,1,2,3,0,0,0,0,0\n"),
+            "path.csv: missing column 'actual_a2_deg'");
+  header.insert(header.size() - 1, ",actual_a2_deg");
+  EXPECT_EQ(load_it(header + "1,GLUE,0,100,1,2,3,4,5,6,7,8,9,1,2,3,0,0,0,0,0,3601\n"),
+            "path.csv: row 1 (line 2): actual_a2_deg: expected -3600..3600, found '3601'");
 }
 
 TEST_F(PathFile, ErrorsNameTheRow) {

@@ -57,11 +57,15 @@ inline constexpr int kMembers<Stream::Turnaround> = 4;
 template <>
 inline constexpr int kMembers<Production> = 2;
 template <>
-inline constexpr int kMembers<ProductionPath> = 2;
+inline constexpr int kMembers<ProductionPath> = 3;
 template <>
-inline constexpr int kMembers<PathSample> = 6;
+inline constexpr int kMembers<PathSample> = 7;
 template <>
-inline constexpr int kMembers<PathAccuracy> = 3;
+inline constexpr int kMembers<PathAccuracy> = 4;
+template <>
+inline constexpr int kMembers<DriveLag> = 2;
+template <>
+inline constexpr int kMembers<AxisLag> = 3;
 template <>
 inline constexpr int kMembers<ErrorComparison> = 3;
 template <>

@@ -5,11 +5,14 @@
 #include <fstream>
 #include <sstream>
 
+#include "config/model_file.hpp"
+#include "config/robot_file.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "tests/daemon/sample_document.hpp"
 #include "tests/daemon/sample_path.hpp"
 #include "tests/temp_folder.hpp"
 #include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/online/path_report.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -123,8 +126,9 @@ TEST_F(ReportCommand, EndsByAProductionProgramThatCameNoNearer) {
 TEST_F(ReportCommand, JudgesAProductionProgramByACalibrationOfOneReflectorAlone) {
   ReportOptions options;
   options.path = folder_.write("path.csv", path_file(report::sample_path()));
-  const std::string refused = "truepose: " + options.path.string() +
-                              ": can only be judged by a calibration with a base and one reflector\n";
+  const std::string refused =
+      "truepose: " + options.path.string() +
+      ": can only be judged by a calibration with its arm, a base and one reflector\n";
   json::object two = report::sample_document(5, true), without_base = two;
   two["smr"].as_object()["2"] = {{"x", 1}, {"y", 2}, {"z", 3}};
   without_base.erase("base");
@@ -141,6 +145,69 @@ TEST_F(ReportCommand, SaysWhereAPathFileIsWrongAndWritesNothing) {
   EXPECT_EQ(report(report::sample_document(5, true), options), 2);
   EXPECT_EQ(err_, "truepose: " + options.path.string() + ": missing column 'point'\n");
   EXPECT_FALSE(std::filesystem::exists(options.html));
+}
+
+/// A path by a model file alone. The arm is a KR 210 whose base stands at the tracker's origin.
+class PathReport : public ReportCommand {
+ protected:
+  int report_path_of(const ProductionPath& path, const ReportOptions& files = {}, bool as_json = false) {
+    ReportOptions options = files;
+    options.path =
+        folder_.write("path.csv", report::path_file_of(path, model_.cell.base.isometry(), {62, -48, 187}));
+    options.robot = kRobot;
+    options.model = folder_.write("model.yaml", config::model_yaml(model_));
+    CaptureStdout();
+    CaptureStderr();
+    const int exit_code = exit_code_of([&] { return report_path({.json = as_json}, options); });
+    out_ = GetCapturedStdout();
+    err_ = GetCapturedStderr();
+    return exit_code;
+  }
+
+  static constexpr const char* kRobot = TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml";
+  RobotModel nominal_ = config::load_robot(kRobot);
+  config::ModelFile model_{.name = nominal_.name,
+                           .cell = {.robot = nominal_, .reflectors = {{"1", {62, -48, 187}}}}};
+};
+
+TEST_F(PathReport, NeedsNoDaemonAndNoCampaign) {
+  ReportOptions options;
+  options.html = folder_.path() / "report.html";
+  options.json = folder_.path() / "report.json";
+  ASSERT_EQ(report_path_of(report::sample_path(), options), 0) << err_;
+  EXPECT_THAT(out_, HasSubstr("Production: At 2 points of GLUING the reflector was on average 0.150 mm"));
+  EXPECT_THAT(content(options.html), HasSubstr("<h2>Production program GLUING</h2>"));
+  const json::value written = json::parse(content(options.json));
+  EXPECT_EQ(written.at_pointer("/production/points/count"), 2);
+  EXPECT_EQ(written.at("robot"), json::value(nominal_.name));
+  ASSERT_EQ(report_path_of(report::sample_path(), {}, true), 0) << err_;
+  EXPECT_EQ(json::parse(out_).at("production"), written.at("production"));
+}
+
+TEST_F(PathReport, EndsByAProgramThatCameNoNearer) {
+  ProductionPath path = report::sample_path();
+  for (PathSample& sample : path.samples) sample.with_mm.z() += 3;
+  EXPECT_EQ(report_path_of(path), 1);
+  EXPECT_EQ(err_, "truepose: in production (GLUING) the correction brings the arm no nearer\n");
+}
+
+TEST_F(PathReport, IsOfOneReflector) {
+  model_.cell.reflectors.push_back({"2", {1, 2, 3}});
+  EXPECT_EQ(report_path_of(report::sample_path()), 2);
+  EXPECT_THAT(
+      err_,
+      HasSubstr("model.yaml: has 2 reflectors, and a path is of one. Give a model with one reflector."));
+}
+
+TEST_F(ReportCommand, SaysHowAPathIsJudgedWithoutADaemonWhereThereIsNone) {
+  const OnlineOptions nobody{{.daemon = (folder_.path() / "control.sock").string()}};
+  ReportOptions options;
+  options.path = folder_.write("path.csv", path_file(report::sample_path()));
+  CaptureStderr();
+  EXPECT_EQ(exit_code_of([&] { return report_campaign(nobody, options); }), 3);
+  EXPECT_THAT(GetCapturedStderr(),
+              HasSubstr("; without a daemon, judge " + options.path.string() +
+                        " by --robot FILE --model FILE, by --document FILE or by --store FILE\n"));
 }
 
 TEST_F(ReportCommand, PrintsTheDocumentAndNothingElseAsJson) {

@@ -124,28 +124,29 @@ void Controller::run_programs() {
   submit_->run(time_);
 }
 
-void Controller::advance(Seconds cycle, const JointVector& actual) {
+void Controller::advance(Seconds cycle, const JointVector& actual, const JointVector& correction) {
   const std::lock_guard lock{mutex_};
   actual_ = actual;
   time_ += sim_time(cycle);
   for (const OperatorAct& act : std::exchange(acts_, {})) this->act(act);
   if (stream_path_ && time_ > stream_begins_ && robot_->state() == krl::ProgramState::Active) {
-    stream_path_->advance(cycle, actual);
+    stream_path_->advance(cycle, actual, correction);
     motion_.place(stream_path_->set_points());
   } else if (drives_on_) {
     motion_.advance(cycle);
   }
   run_programs();
   set_points_ = motion_.position();
-  if (setup_.on_cycle && rsi_on_) report_cycle();
+  if (setup_.on_cycle && rsi_on_) report_cycle(correction);
   if (has_news()) setup_.on_news();
 }
 
-void Controller::report_cycle() const {
+void Controller::report_cycle(const JointVector& correction) const {
   constexpr int kGain = 2;  // as truepose_stream has it
   setup_.on_cycle({.time = time_,
                    .program = selected_,
                    .set_points = set_points_,
+                   .correction = correction,
                    .actual = actual_,
                    .gain_percent = static_cast<int>(rsi::gain_of(sen_pint(kGain)).value_or(0)),
                    .motions_made = motion_.made(),

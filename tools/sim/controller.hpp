@@ -135,7 +135,7 @@ class Controller final : public RsiProgram, private krl::Host {
   /// The cycles of a session have ended. @param actual  where the arm is then
   void rsi_ended(std::uint64_t session, RsiEnd end, const JointVector& actual);
 
-  void advance(Seconds cycle, const JointVector& actual) override;
+  void advance(Seconds cycle, const JointVector& actual, const JointVector& correction) override;
   void stand(Seconds cycle) override;
   const JointVector& set_points() const override { return set_points_; }
   bool moving() const override { return is_moving(); }
@@ -190,7 +190,7 @@ class Controller final : public RsiProgram, private krl::Host {
   void cancel_program();
   void power_off();
   void run_programs();
-  void report_cycle() const;
+  void report_cycle(const JointVector& correction) const;
   int sen_pint(int index) const;
   bool has_news() const { return !documents_.empty() || !closed_.empty() || !messages_.empty(); }
   void close_rsi();

@@ -67,7 +67,8 @@ Options:
   --ready-file TEXT           written with the ports once all of them are open
   --truth-file TEXT           written with the injected errors
   --path-file TEXT            written at each line of the admin port and at the end: what programs under RSI ask of the
-                              arm, and where the tracker would see its reflector, with and without corrections (CSV)
+                              arm, where its axes are, and where the tracker would see its reflector, with and without
+                              corrections (CSV)
   --speedup FLOAT:FLOAT in [0.1 - 10000]
                               robot and tracker are this much faster; RSI keeps real time
   --json                      print one document with the statistics at the end, and nothing else

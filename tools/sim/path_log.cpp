@@ -13,17 +13,31 @@ namespace {
 constexpr std::uint64_t kEvery = 5;   // cycles
 constexpr double kStands_rad = 1e-6;  // from one cycle to the next: the drives have arrived to some um
 
-constexpr const char* kHeader =
+constexpr std::string_view kHeader =
     "time_s,program,point,gain_percent,flange_x_mm,flange_y_mm,flange_z_mm,flange_a_deg,flange_b_deg,flange_c_deg,"
-    "with_x_mm,with_y_mm,with_z_mm,without_x_mm,without_y_mm,without_z_mm\n";
+    "with_x_mm,with_y_mm,with_z_mm,without_x_mm,without_y_mm,without_z_mm";
 
 std::string columns(const Eigen::Vector3d& v) { return formatted(",%.5f,%.5f,%.5f", v.x(), v.y(), v.z()); }
+
+std::string axis_columns(const JointVector& q_rad) {
+  std::string text;
+  for (const double axis : q_rad) text += formatted(",%.6f", axis * kDegPerRad);
+  return text;
+}
+
+std::string axis_names(Eigen::Index axes) {
+  std::string names;
+  for (const char* name : {"set", "correction", "actual"}) {
+    for (Eigen::Index i = 1; i <= axes; ++i) names += formatted(",%s_a%d_deg", name, static_cast<int>(i));
+  }
+  return names;
+}
 
 }  // namespace
 
 PathLog::PathLog(const std::filesystem::path& file, RobotModel nominal, TrueArmSetup truth)
     : nominal_{std::move(nominal)}, truth_{std::move(truth)}, file_{file} {
-  file_ << kHeader;
+  file_ << kHeader << axis_names(nominal_.joint_count()) << "\n";
   if (!file_.flush()) throw std::runtime_error{file.string() + ": cannot be written"};
 }
 
@@ -38,7 +52,9 @@ void PathLog::take(const ProgramCycle& cycle) {
   const std::string row = formatted("%.3f,", cycle.time.count()) + cycle.program +
                           formatted(",%d,%d", point ? 1 : 0, cycle.gain_percent) +
                           columns(X_BF.translation()) + columns(kuka_abc_deg(X_BF.linear())) +
-                          columns(seen_W_mm(cycle.actual)) + columns(seen_W_mm(cycle.set_points)) + "\n";
+                          columns(seen_W_mm(cycle.actual)) + columns(seen_W_mm(cycle.set_points)) +
+                          axis_columns(cycle.set_points) + axis_columns(cycle.correction) +
+                          axis_columns(cycle.actual) + "\n";
   const std::lock_guard lock{mutex_};
   rows_ += row;
 }

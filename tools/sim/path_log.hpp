@@ -16,7 +16,7 @@ namespace truepose::sim {
 struct ProgramCycle {
   Seconds time{0};
   std::string program;
-  JointVector set_points, actual;
+  JointVector set_points, correction, actual;
   int gain_percent = 0;  ///< what the PC says in $SEN_PINT[2]
   std::uint64_t motions_made = 0;
   bool is_standing = false;
@@ -25,7 +25,8 @@ struct ProgramCycle {
 /// What a program under RSI asks of the arm and where the tracker would see the reflector: a CSV file with a
 /// row every 20 ms and one at each point where the arm stands. The flange of the data sheet at the set points
 /// in the robot's base (mm, KUKA's A, B, C in deg); the reflector as it really is (with), and as it would be
-/// if the axes stood at the set points (without), in the tracker's frame, without noise (mm).
+/// if the axes stood at the set points (without), in the tracker's frame, without noise (mm); the axes'
+/// set points, the correction in effect and the actual positions (deg).
 class PathLog {
  public:
   /// Throws std::runtime_error where the file cannot be written.

@@ -22,7 +22,7 @@ JointMotion StreamPath::leg() const {
   return {nominal_, points_[from_], points_[(from_ + 1) % points_.size()], speed_scale_};
 }
 
-void StreamPath::advance(Seconds cycle, const JointVector&) {
+void StreamPath::advance(Seconds cycle, const JointVector&, const JointVector&) {
   on_leg_ += cycle;
   if (on_leg_ >= motion_.duration()) {
     on_leg_ -= motion_.duration();
@@ -117,7 +117,7 @@ std::string_view RsiClient::begin_cycle() {
     servo_.stand_at(program_->set_points());
   } else {
     ipoc_ += static_cast<std::uint64_t>(setup_.cycle.count());
-    program_->advance(setup_.cycle, axes());
+    program_->advance(setup_.cycle, axes(), given() - program_->set_points());
     if (!program_->is_on()) return {};
     follow();
   }
@@ -134,9 +134,11 @@ std::string_view RsiClient::begin_cycle() {
 }
 
 void RsiClient::follow() {
-  const JointVector given = set_points_in_force() + joints_of(correction_rad_);
-  if (program_->drives_on()) servo_.follow(given);
+  if (program_->drives_on()) servo_.follow(given());
 }
+
+/// To the drives.
+JointVector RsiClient::given() const { return set_points_in_force() + joints_of(correction_rad_); }
 
 /// With the TCP corrected; as programmed where the arm does not reach that.
 JointVector RsiClient::set_points_in_force() const {

@@ -33,8 +33,10 @@ enum class RsiEnd {
 class RsiProgram {
  public:
   virtual ~RsiProgram() = default;
-  /// Moves the set points on by a cycle. @param actual  where the axes are
-  virtual void advance(Seconds cycle, const JointVector& actual) = 0;
+  /// Moves the set points on by a cycle.
+  /// @param actual  where the axes are
+  /// @param correction  what RSI added to the set points of the last cycle
+  virtual void advance(Seconds cycle, const JointVector& actual, const JointVector& correction) = 0;
   /// Time goes by, but the set points stay.
   virtual void stand(Seconds cycle) = 0;
   virtual const JointVector& set_points() const = 0;
@@ -55,7 +57,7 @@ class StreamPath : public RsiProgram {
   /// @param points  at least one; a single one is stood at
   StreamPath(RobotModel nominal, std::vector<JointVector> points, double speed_scale);
 
-  void advance(Seconds cycle, const JointVector& actual) override;
+  void advance(Seconds cycle, const JointVector& actual, const JointVector& correction) override;
   void stand(Seconds) override {}
   const JointVector& set_points() const override { return position_; }
   bool moving() const override { return points_.size() > 1; }
@@ -184,6 +186,7 @@ class RsiClient {
 
   std::int64_t delay() const;
   void follow();
+  JointVector given() const;
   JointVector set_points_in_force() const;
   void hold();
   void apply(const rsi::Axes& correction_rad);

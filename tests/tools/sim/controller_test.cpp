@@ -29,6 +29,7 @@ using testing::IsEmpty;
 using Act = OperatorAct::Kind;
 
 constexpr Seconds kRsiCycle = 4ms;
+const JointVector kNoCorrection = JointVector::Zero(6);
 
 config::Scenario demo_cell() {
   return config::load_scenario(TRUEPOSE_SOURCE_DIR "/config/scenarios/demo.yaml");
@@ -80,7 +81,7 @@ class ControllerTest : public testing::Test {
   }
   /// One cycle of RSI whose drives follow at once.
   void rsi_cycle(const FlowEffects& effects = {}) {
-    static_cast<RsiProgram&>(controller).advance(kRsiCycle, controller.set_points());
+    static_cast<RsiProgram&>(controller).advance(kRsiCycle, controller.set_points(), kNoCorrection);
     controller.take(effects);
     listen();
   }
@@ -362,7 +363,7 @@ TEST(Controller, CorrectsNoPtpInTheCycleOf12Ms) {
         ")<>RSIOK THEN\nHALT\nENDIF\nPTP {A1 20}\nWAIT SEC 0.0\nLIN_REL {Z 50}\n")};
     std::map<std::uint64_t, std::set<bool>> corrected;  // by the motions made before
     for (int cycle = 0; cycle < 5000; ++cycle) {
-      static_cast<RsiProgram&>(controller).advance(kRsiCycle, controller.set_points());
+      static_cast<RsiProgram&>(controller).advance(kRsiCycle, controller.set_points(), kNoCorrection);
       if (controller.is_on() && controller.moving())
         corrected[controller.moves()].insert(controller.corrects());
     }

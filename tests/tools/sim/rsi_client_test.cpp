@@ -24,6 +24,7 @@ using namespace std::chrono_literals;
 
 constexpr std::uint64_t kFirstIpoc = 4'208'163;
 const JointVector kStart = deg(0, -90, 90, 0, 35, 0);
+const JointVector kNone = JointVector::Zero(6);
 
 rsi::EthernetConfig ethernet(bool hold_on = true) {
   std::string receive;
@@ -538,7 +539,7 @@ TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
   JointVector before = path.set_points();
   EXPECT_EQ(before, kStart);
   for (int cycle = 0; cycle < 5000; ++cycle) {
-    path.advance(4ms, before);
+    path.advance(4ms, before, kNone);
     const JointVector q = path.set_points();
     for (Eigen::Index i = 0; i < 6; ++i) {
       const double fastest = kr210().joints[static_cast<std::size_t>(i)].speed * 0.5 * 0.004;
@@ -552,7 +553,7 @@ TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
 
 TEST(StreamPath, StandsAtASinglePoint) {
   StreamPath path{kr210(), {kStart}, 1};
-  path.advance(1s, kStart);
+  path.advance(1s, kStart, kNone);
   EXPECT_EQ(path.set_points(), kStart);
   EXPECT_FALSE(path.moving());
 }

@@ -11,6 +11,7 @@
 #include "tools/truepose/online/backup_command.hpp"
 #include "tools/truepose/online/online_row.hpp"
 #include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/online/path_report.hpp"
 #include "tools/truepose/online/recording_commands.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
 #include "tools/truepose/text.hpp"
@@ -195,6 +196,13 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
         {"--path", &a.report.path,
          "what a production program did (truepose-sim --path-file), to be a section of the page",
          {.file = FileUse::Read}},
+        {"--model", &a.report.model,
+         "a model file by which --path is judged without a campaign; no daemon is needed",
+         {.needs = {"--path", "--robot"},
+          .excludes = {"ID", "--document", "--store", "--daemon", "--truth", "--iso9283", "--frame", "--experiment"},
+          .file = FileUse::Read}},
+        {"--robot", &a.report.robot, "the robot file from which --model was identified",
+         {.needs = {"--model"}, .file = FileUse::Read}},
         {"--iso9283", &a.report.iso9283,
          "an ISO 9283 test (truepose iso9283 --json), to be a section of the page", {.file = FileUse::Read}},
         {"--frame", &a.report.frame,
@@ -204,7 +212,9 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
          "an experiment (truepose experiment --json), to be sections of the page", {.file = FileUse::Read}},
         {"--html", &a.report.html, "write the page here", {.file = FileUse::Written}},
         {"--out-json", &a.report.json, "write the document here", {.file = FileUse::Written}}},
-       nullptr, [](const OnlineArguments& x, const json::object&) { return report_campaign(x.online, x.report); }},
+       nullptr, [](const OnlineArguments& x, const json::object&) {
+         return x.report.model.empty() ? report_campaign(x.online, x.report) : report_path(x.online, x.report);
+       }},
   };
 }
 // clang-format on

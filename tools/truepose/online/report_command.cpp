@@ -30,6 +30,14 @@ std::optional<json::object> read_if_given(const std::filesystem::path& file) {
   return file.empty() ? std::nullopt : std::optional{read_document(file)};
 }
 
+/// @param path  that is to be judged too, or empty
+CommandError without_daemon(CommandError error, const std::filesystem::path& path) {
+  if (error.exit_code == kUnreachable && !path.empty())
+    error.message += "; without a daemon, judge " + path.string() +
+                     " by --robot FILE --model FILE, by --document FILE or by --store FILE";
+  return error;
+}
+
 /// The campaign's document, and the stream's counters if it has run.
 json::object fetch_document(const OnlineOptions& online, const ReportOptions& options) {
   json::object document = whole_report(*campaign_source(online, {options.store, {}}), options.campaign);
@@ -44,11 +52,12 @@ json::object fetch_document(const OnlineOptions& online, const ReportOptions& op
 json::object production_of(const std::filesystem::path& file, const json::object& document) {
   const auto calibration = record::read_calibration_document(document);
   if (!calibration) throw std::invalid_argument{"calibration document: " + calibration.error()};
-  if (!calibration->base || calibration->smr.size() != 1)
-    throw CommandError{kBadInput,
-                       file.string() + ": can only be judged by a calibration with a base and one reflector"};
-  return record::production_json(
-      config::load_production_path(file, calibration->base->isometry(), calibration->smr.front().p_FS_mm));
+  if (!calibration->base || !calibration->arm || calibration->smr.size() != 1)
+    throw CommandError{
+        kBadInput,
+        file.string() + ": can only be judged by a calibration with its arm, a base and one reflector"};
+  return record::production_json(config::load_production_path(
+      file, {calibration->base->isometry(), calibration->smr.front().p_FS_mm, calibration->arm->robot()}));
 }
 
 }  // namespace
@@ -74,6 +83,8 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
   if (std::string why = report::why_unusable(document); !why.empty())
     throw CommandError{kFailed, std::move(why)};
   return kDone;
+} catch (const CommandError& error) {
+  throw without_daemon(error, options.path);
 } catch (const std::invalid_argument& unusable) {
   throw CommandError{kBadInput, std::string{"the document cannot be reported: "} + unusable.what()};
 }

@@ -1,0 +1,52 @@
+#include "tools/truepose/online/path_report.hpp"
+
+#include <boost/json.hpp>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "config/path_file.hpp"
+#include "config/robot_file.hpp"
+#include "config/text_file.hpp"
+#include "daemon/report/report.hpp"
+#include "proto/control/json_text.hpp"
+#include "proto/record/calibration_document.hpp"
+#include "tools/truepose/offline/arm_options.hpp"
+
+namespace truepose::tools {
+namespace {
+
+namespace json = boost::json;
+
+config::PathFrame frame_of(const std::filesystem::path& robot, const std::filesystem::path& model_file) {
+  RobotModel nominal = config::load_robot(robot);
+  const config::ModelFile model = load_model_of(nominal, model_file);
+  if (model.cell.reflectors.size() != 1)
+    throw CommandError{kBadInput, model_file.string() + ": has " +
+                                      std::to_string(model.cell.reflectors.size()) +
+                                      " reflectors, and a path is of one. Give a model with one reflector."};
+  return {model.cell.base.isometry(), model.cell.reflectors.front().p_FS_mm, std::move(nominal)};
+}
+
+}  // namespace
+
+int report_path(const OnlineOptions& online, const ReportOptions& options) {
+  const config::PathFrame frame = frame_of(options.robot, options.model);
+  const json::object document{
+      {"robot", frame.nominal.name},
+      {"model", options.model.string()},
+      {"production", record::production_json(config::load_production_path(options.path, frame))}};
+  const std::string html = report::render_production_html(document),
+                    table = report::render_production_text(document);
+  const std::string text = control::json_text(document) + "\n";
+  std::vector<config::TextFile> files;
+  if (!options.html.empty()) files.push_back({options.html, html});
+  if (!options.json.empty()) files.push_back({options.json, text});
+  config::write_together(files);
+  std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
+  if (std::string why = report::why_production_unusable(document); !why.empty())
+    throw CommandError{kFailed, std::move(why)};
+  return kDone;
+}
+
+}  // namespace truepose::tools
