@@ -1,12 +1,15 @@
 #include "core/arm/status_turn.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "core/arm/forward.hpp"
+#include "core/arm/pose_inverse.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 
 namespace truepose {
 namespace {
@@ -45,6 +48,49 @@ std::expected<StatusTurnInverse, std::string> StatusTurnInverse::of(const RobotM
   return StatusTurnInverse(nominal, *closed_form);
 }
 
+std::expected<StatusTurnInverse, std::string> StatusTurnInverse::by_search(const RobotModel& nominal) {
+  auto inverse = of(nominal);
+  if (inverse || nominal.joint_count() != 6) return inverse;
+  return StatusTurnInverse(nominal, std::nullopt);
+}
+
+std::vector<JointVector> StatusTurnInverse::all(const Eigen::Isometry3d& X_BF,
+                                                const JointVector& reference) const {
+  if (!closed_form_) return searched(X_BF, reference);
+  const auto found = closed_form_->all(X_BF, reference);
+  return {found.q.begin(), found.q.begin() + found.count};
+}
+
+std::vector<JointVector> StatusTurnInverse::searched(const Eigen::Isometry3d& X_BF,
+                                                     const JointVector& reference) const {
+  constexpr int kStarts = 60;  // of 8 to 16 branches each is found from several
+  constexpr double kSame_rad = 1e-6;
+  std::vector<JointVector> found;
+  Random random(0);
+  JointVector seed = reference;
+  for (int start = 0; start < kStarts; ++start) {
+    if (const auto solved = inverse_near(nominal_, X_BF, seed)) {
+      JointVector q = solved->q;
+      for (double& angle : q) angle = std::remainder(angle, 2 * std::numbers::pi);
+      const auto is_same = [&](const JointVector& other) {
+        return (q - other).cwiseAbs().maxCoeff() < kSame_rad;
+      };
+      if (std::ranges::none_of(found, is_same)) found.push_back(q);
+    }
+    for (std::size_t i = 0; i < 6; ++i)
+      seed[static_cast<Eigen::Index>(i)] = random.uniform(nominal_.joints[i].min, nominal_.joints[i].max);
+  }
+  return found;
+}
+
+bool StatusTurnInverse::has_status(const JointVector& q, std::optional<int> status) const {
+  if (!status || !closed_form_) return true;
+  const auto measures = status_measures(q);
+  return agrees(measures[0], bit(*status, 0), kRounding_mm) &&
+         agrees(measures[1], bit(*status, 1), kRounding_rad) &&
+         agrees(measures[2], bit(*status, 2), kRounding_rad);
+}
+
 std::array<double, 3> StatusTurnInverse::status_measures(const JointVector& q) const {
   const auto& joints = nominal_.joints;
   LinkFrames X_B;
@@ -67,8 +113,13 @@ StatusTurn StatusTurnInverse::of_joints(const JointVector& q, const std::optiona
   const auto given_status = given ? std::optional(given->status) : std::nullopt;
   const auto given_turn = given ? std::optional(given->turn) : std::nullopt;
   StatusTurn result;
-  const auto measures = status_measures(q);
-  for (std::size_t i = 0; i < measures.size(); ++i) result.status |= chosen_bit(measures[i], i, given_status);
+  if (closed_form_) {
+    const auto measures = status_measures(q);
+    for (std::size_t i = 0; i < measures.size(); ++i)
+      result.status |= chosen_bit(measures[i], i, given_status);
+  } else {
+    result.status = given_status.value_or(0) & kStatusBits;
+  }
   for (std::size_t i = 0; i < 6; ++i)
     result.turn |= chosen_bit(-q[static_cast<Eigen::Index>(i)], i, given_turn);
   return result;
@@ -102,21 +153,17 @@ std::expected<JointVector, std::string> StatusTurnInverse::solve(
   if (!is_told && !near)
     return std::unexpected("S and T are not both given, and where the arm comes from is not known");
   // In the wrist singularity the controller puts A4 to 0, unless told otherwise ($SINGUL_POS).
-  const JointVector reference = is_told ? JointVector::Zero(6) : *near;
-  const auto solutions = closed_form_.all(X_BF, reference);
-  if (solutions.count == 0) return std::unexpected("the position is out of the arm's reach");
+  // Without a status the turn may leave several: then the nearest to where the arm comes from.
+  const bool is_decided = is_told && closed_form_;
+  const JointVector reference = is_decided || !near ? JointVector(JointVector::Zero(6)) : *near;
+  const std::vector<JointVector> solutions = all(X_BF, reference);
+  if (solutions.empty()) return std::unexpected("the position is out of the arm's reach");
 
   std::optional<JointVector> best;
   std::pair best_rank{true, 0.0};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(solutions.count); ++k) {
-    const auto q = turned(solutions.q[k], turn, near);
-    if (!q) continue;
-    const auto measures = status_measures(*q);
-    if (status && !(agrees(measures[0], bit(*status, 0), kRounding_mm) &&
-                    agrees(measures[1], bit(*status, 1), kRounding_rad) &&
-                    agrees(measures[2], bit(*status, 2), kRounding_rad))) {
-      continue;
-    }
+  for (const JointVector& solution : solutions) {
+    const auto q = turned(solution, turn, near);
+    if (!q || !has_status(*q, status)) continue;
     // One that agrees only up to rounding comes after one that agrees.
     const bool is_rounded = status && of_joints(*q, StatusTurn{*status, 0}).status != (*status & kStatusBits);
     const std::pair rank{is_rounded, (*q - reference).squaredNorm()};

@@ -4,6 +4,7 @@
 #include <expected>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/arm/spherical_wrist.hpp"
 
@@ -25,11 +26,16 @@ struct StatusTurn {
 inline constexpr int kStatusBits = 0b111;  ///< higher bits of S do not concern the axes
 inline constexpr int kTurnBits = 0b111111;
 
-/// Joint positions of a nominal arm with a spherical wrist from Cartesian positions as KRL gives them.
+/// Joint positions of a nominal six-axis arm from Cartesian positions as KRL gives them.
 class StatusTurnInverse {
  public:
   /// @return the inverse, or one sentence on why the arm has none in closed form
   static std::expected<StatusTurnInverse, std::string> of(const RobotModel& nominal);
+  /// Of an arm without a spherical wrist too: there the solutions are searched by Newton from many starts,
+  /// and status, whose bits are defined by the wrist centre, does not count.
+  /// @return the inverse, or one sentence on why the arm has none
+  static std::expected<StatusTurnInverse, std::string> by_search(const RobotModel& nominal);
+  bool searches() const { return !closed_form_; }
 
   /// Status and turn of joint positions. A bit whose axis stands on its boundary, up to rounding, is that of
   /// `given`, where there is one.
@@ -45,8 +51,11 @@ class StatusTurnInverse {
                                                 const std::optional<JointVector>& near) const;
 
  private:
-  StatusTurnInverse(RobotModel nominal, SphericalWristInverse closed_form)
+  StatusTurnInverse(RobotModel nominal, std::optional<SphericalWristInverse> closed_form)
       : nominal_{std::move(nominal)}, closed_form_{std::move(closed_form)} {}
+  std::vector<JointVector> all(const Eigen::Isometry3d& X_BF, const JointVector& reference) const;
+  std::vector<JointVector> searched(const Eigen::Isometry3d& X_BF, const JointVector& reference) const;
+  bool has_status(const JointVector& q, std::optional<int> status) const;
 
   /// What decides each bit of the status by its sign: positive where the bit is set. mm for bit 0, else rad.
   std::array<double, 3> status_measures(const JointVector& q) const;
@@ -54,7 +63,7 @@ class StatusTurnInverse {
                                     const std::optional<JointVector>& near) const;
 
   RobotModel nominal_;
-  SphericalWristInverse closed_form_;
+  std::optional<SphericalWristInverse> closed_form_;
 };
 
 }  // namespace truepose

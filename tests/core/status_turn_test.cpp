@@ -109,5 +109,40 @@ TEST(StatusTurn, WhatCannotBeReachedIsSaid) {
   }
 }
 
+/// The wrist of a KR 210 whose axis 5 is 80 mm beside axes 4 and 6, as in arms without a spherical wrist.
+RobotModel arm_with_an_offset_wrist() {
+  RobotModel arm = kArm;
+  arm.joints[4].a_mm += 80;
+  arm.joints[5].a_mm += 30;
+  return arm;
+}
+
+TEST(SearchedInverse, FindsTheJointsThatTurnAndTheirNeighbourhoodMean) {
+  const RobotModel arm = arm_with_an_offset_wrist();
+  EXPECT_FALSE(StatusTurnInverse::of(arm));
+  const StatusTurnInverse inverse = StatusTurnInverse::by_search(arm).value();
+  EXPECT_TRUE(inverse.searches());
+  Random random(31);
+  int found = 0;
+  constexpr int kPoses = 200;
+  for (int i = 0; i < kPoses; ++i) {
+    const JointVector q = within_the_limits(random), near = q + JointVector::Constant(6, 0.05);
+    const Eigen::Isometry3d X = forward_kinematics(arm, q);
+    const auto solved = inverse.solve(X, 0b010, oracle::turn(q), near);
+    ASSERT_TRUE(solved) << solved.error() << " at " << q.transpose();
+    EXPECT_LT((forward_kinematics(arm, *solved).translation() - X.translation()).norm(), 1e-6);
+    EXPECT_EQ(oracle::turn(*solved), oracle::turn(q));
+    found += (*solved - q).cwiseAbs().maxCoeff() < 1e-6;
+  }
+  EXPECT_EQ(found, kPoses) << "of several with one turn the nearest";
+}
+
+TEST(SearchedInverse, IsTheClosedFormWhereThereIsOneAndNeedsSixAxes) {
+  EXPECT_FALSE(StatusTurnInverse::by_search(kArm).value().searches());
+  RobotModel five = kArm;
+  five.joints.pop_back();
+  EXPECT_FALSE(StatusTurnInverse::by_search(five));
+}
+
 }  // namespace
 }  // namespace truepose

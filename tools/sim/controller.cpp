@@ -242,10 +242,20 @@ void Controller::operate(OperatorAct act) {
 std::expected<void, std::string> Controller::jog(const JointVector& q) {
   const std::lock_guard lock{mutex_};
   if (mode_ > kT2) return std::unexpected("jog: expected the key at T1 or T2");
-  if (rsi_on_ || robot_->state() == krl::ProgramState::Active)
+  if (robot_->state() == krl::ProgramState::Active)
     return std::unexpected("jog: a program runs, stop it first");
-  motion_.place(q);
-  return {};
+  if (!rsi_on_) {
+    motion_.place(q);
+    return {};
+  }
+  // Under RSI the arm takes its time: a set point that jumps is no jogging.
+  krl::Motion motion{.kind = krl::MotionKind::Ptp};
+  krl::AxisTarget target;
+  for (Eigen::Index i = 0; i < q.size(); ++i) target.axes[static_cast<std::size_t>(i)] = q[i] * kDegPerRad;
+  motion.target = target;
+  motion.velocity_percent.fill(100);
+  motion_.cancel();
+  return motion_.take(motion, true);
 }
 
 void Controller::act(const OperatorAct& act) {

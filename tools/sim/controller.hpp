@@ -105,7 +105,8 @@ class Controller final : public RsiProgram, private krl::Host {
   // ---- People
 
   void operate(OperatorAct act);
-  /// Moves the arm by the pendant's keys, in no time. Error: why it is not moved, as by a program that runs.
+  /// Moves the arm by the pendant's keys: in no time, but under RSI as fast as T1 allows.
+  /// Error: why it is not moved, as by a program that runs.
   std::expected<void, std::string> jog(const JointVector& q);
   std::vector<std::string> take_messages();
 

@@ -354,6 +354,31 @@ TEST(Controller, LetsTheNamesOfTheScenarioPassTheAdvanceRun) {
   }
 }
 
+/// A program that is stopped leaves RSI on: the axes go on by its cycles.
+TEST(Controller, IsJoggedUnderRsiOnceItsProgramIsStopped) {
+  Controller controller{
+      with_program("DECL INT ID\n$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\nPTP $AXIS_ACT_MEAS\n"
+                   "IF RSI_CREATE(\"truepose_rsi\",ID,TRUE)<>RSIOK THEN\nHALT\nENDIF\n"
+                   "IF RSI_ON(#ABSOLUTE,#IPO_FAST)<>RSIOK THEN\nHALT\nENDIF\nRSI_MOVECORR()\n")};
+  const auto pass = [&](int cycles) {
+    for (int i = 0; i < cycles; ++i)
+      static_cast<RsiProgram&>(controller).advance(kRsiCycle, controller.set_points());
+  };
+  pass(500);
+  ASSERT_TRUE(controller.is_on());
+  controller.operate({.kind = Act::SetMode, .number = 1});
+  pass(200);
+  JointVector target = controller.axes();
+  target[0] += 10 * kRadPerDeg;
+  ASSERT_TRUE(controller.jog(target));
+  pass(1);
+  EXPECT_LT(std::abs(controller.axes()[0] - target[0]), 10 * kRadPerDeg) << "it is on its way";
+  EXPECT_GT(std::abs(controller.axes()[0] - target[0]), 9 * kRadPerDeg) << "and does not jump";
+  pass(2000);
+  EXPECT_NEAR(controller.axes()[0], target[0], 1e-9);
+  EXPECT_TRUE(controller.is_on());
+}
+
 TEST(Controller, CorrectsNoPtpInTheCycleOf12Ms) {
   for (const bool ipo : {false, true}) {
     Controller controller{with_program(

@@ -131,7 +131,7 @@ void write_archive(const fs::path& folder, const std::vector<ArchiveFile>& files
 
 int run_compensate_archive(const CompensateOptions& options, const RobotModel& nominal,
                            const config::ModelFile& model) {
-  const auto inverse = StatusTurnInverse::of(nominal);
+  const auto inverse = StatusTurnInverse::by_search(nominal);
   if (!inverse) throw ConfigError(options.arm.robot.string() + ": " + inverse.error());
   std::vector<ArchiveFile> files = config::read_kuka_archive(options.archive);
   std::erase_if(files, [](const ArchiveFile& file) { return is_of_controller(file.path); });

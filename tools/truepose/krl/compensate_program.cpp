@@ -102,7 +102,7 @@ RealFrames real_frames(const std::optional<Tool>& tool, const std::optional<Base
 
 int run_compensate_program(const CompensateOptions& options, const RobotModel& nominal,
                            const config::ModelFile& model) {
-  const auto inverse = StatusTurnInverse::of(nominal);
+  const auto inverse = StatusTurnInverse::by_search(nominal);
   if (!inverse) throw ConfigError(options.arm.robot.string() + ": " + inverse.error());
 
   const ProgramFiles files = files_of(options);

@@ -49,6 +49,10 @@ constexpr std::string_view kGivesWayNote =
     "next to the wrist singularity, here first: the TCP comes only a part of the way to its position, as its "
     "orientation would be worse than without a correction; move the point away from there";
 
+constexpr std::string_view kSearchedNote =
+    "axes 4, 5 and 6 of the arm do not meet: positions are found by search, T and the position before say which, "
+    "and S does not count";
+
 struct Correction {
   std::array<double, 6> values{};  // as in Position, mm and deg
   JointVector q;                   // that the controller comes to by them
@@ -133,6 +137,7 @@ class Compensator {
   }
 
   std::expected<ProgramCompensation, krl::ProgramFault> run() {
+    if (inverse_.searches() && !program_.steps.empty()) note_once(kSearchedNote, program_.steps.front().spot);
     for (const Step& step : program_.steps) {
       if (const auto done = visit(step); !done) return std::unexpected(done.error());
     }
