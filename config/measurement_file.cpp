@@ -7,6 +7,7 @@
 
 #include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
+#include "config/turn_columns.hpp"
 #include "core/formatted.hpp"
 #include "core/identify/measured_time.hpp"
 #include "core/identify/option_names.hpp"
@@ -73,7 +74,12 @@ class JointColumns {
 class MeasurementColumns {
  public:
   MeasurementColumns(const CsvTable& table, const RobotModel& robot)
-      : table_(table), q_(table, robot), x_(table.column("x")), y_(table.column("y")), z_(table.column("z")) {
+      : table_(table),
+        q_(table, robot),
+        x_(table.column("x")),
+        y_(table.column("y")),
+        z_(table.column("z")),
+        turn_(table) {
     directions_ = all_or_none(joint_column_names("dir", robot));
     temperatures_ = all_or_none(joint_column_names("temp", robot));
     payload_ = all_or_none(kPayloadColumns);
@@ -92,6 +98,7 @@ class MeasurementColumns {
     point.excess_mm = excess_mm(row);
     point.direction = direction(row);
     point.payload = payload(row);
+    point.orientation = turn_.at(row);
     point.temperature_c = temperature_c(row);
     if (time_) point.time = time(row);
     if (table_.has("pose")) point.pose = pose(row);
@@ -261,6 +268,7 @@ class MeasurementColumns {
   JointColumns q_;
   std::size_t x_, y_, z_;
   std::vector<std::size_t> directions_, payload_, temperatures_;
+  TurnColumns turn_;
   std::optional<std::size_t> time_;
 };
 
@@ -315,6 +323,7 @@ MeasurementData load_measurements(const std::filesystem::path& file, const Robot
     known.insert(known.end(), names.begin(), names.end());
   }
   known.insert(known.end(), kPayloadColumns.begin(), kPayloadColumns.end());
+  known.insert(known.end(), kTurnColumns.begin(), kTurnColumns.end());
   table.expect_only(known);
 
   const MeasurementColumns columns(table, robot);
@@ -344,6 +353,8 @@ void write_measurements(std::ostream& out, const MeasurementData& data, const Ro
       std::ranges::any_of(data.points, [](const auto& point) { return point.payload.has_value(); });
   const bool temperatures =
       std::ranges::any_of(data.points, [](const auto& point) { return !point.temperature_c.empty(); });
+  const bool turns =
+      std::ranges::any_of(data.points, [](const auto& point) { return point.orientation.has_value(); });
   const bool excess = std::ranges::any_of(data.points, [](const auto& point) { return point.excess_mm > 0; });
   const bool poses = std::ranges::all_of(data.points, [](const auto& point) { return point.pose > 0; });
   for (const std::string& name : joint_column_names("q", robot)) out << name << ',';
@@ -353,6 +364,9 @@ void write_measurements(std::ostream& out, const MeasurementData& data, const Ro
   }
   if (payloads) {
     for (const std::string_view name : kPayloadColumns) out << name << ',';
+  }
+  if (turns) {
+    for (const std::string_view name : kTurnColumns) out << name << ',';
   }
   if (temperatures) {
     for (const std::string& name : joint_column_names("temp", robot)) out << name << ',';
@@ -374,6 +388,7 @@ void write_measurements(std::ostream& out, const MeasurementData& data, const Ro
       }
     }
     if (payloads) out << payload_fields(point.payload);
+    if (turns) out << turn_fields(point.orientation) << ',';
     if (temperatures) {
       for (std::size_t i = 0; i < robot.joints.size(); ++i)
         out << (point.temperature_c.empty() ? "" : format_number(point.temperature_c[i])) << ',';

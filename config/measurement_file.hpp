@@ -30,13 +30,14 @@ std::vector<JointVector> load_joints(const std::filesystem::path& file, const Ro
 void write_joints(std::ostream& out, const std::vector<JointVector>& joints, const RobotModel& robot);
 
 /// Reads a measurement file (CSV with a header row, any column order; q1..qN in deg or mm, x,y,z in mm,
-/// optional smr, set, sigma, excess, dir1..dirN, temp1..tempN in deg C, time, pose, and what the flange
-/// carried: payload_kg, payload_x, payload_y, payload_z). A row whose x, y and z are all 0 is refused, and so
-/// are times that measured_time() does not read, that are of several forms or that some rows lack. Throws
-/// ConfigError naming file, row and column.
+/// optional smr, set, sigma, excess, dir1..dirN, temp1..tempN in deg C, time, pose, what the flange
+/// carried: payload_kg, payload_x, payload_y, payload_z, and how a 6-D target is turned: kTurnColumns). A row
+/// whose x, y and z are all 0 is refused, and so are times that measured_time() does not read, that are of
+/// several forms or that some rows lack. Throws ConfigError naming file, row and column.
 MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot);
 
-/// Writes the same format, every number with the digits that bring it back exactly.
+/// Writes the same format, every number with the digits that bring it back exactly; an orientation comes back
+/// to its last digits.
 void write_measurements(std::ostream& out, const MeasurementData& data, const RobotModel& robot);
 
 }  // namespace truepose::config

@@ -66,6 +66,7 @@ enum class CalibrationFault {
   NotFinite,
   NotSeparable,  ///< base and reflector offset cannot be told apart
   WrongModel,    ///< the nominal arm cannot be right
+  WrongTurns,    ///< the orientations of targets do not follow the arm
   NoNoise,       ///< orientations without a noise of the positions that they are weighed against
 };
 

@@ -6,6 +6,7 @@
 #include "core/identify/placement.hpp"
 #include "core/identify/robust_fit.hpp"
 #include "core/identify/station_start.hpp"
+#include "core/identify/target_turns.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "core/math/dense_algebra.hpp"
 
@@ -80,6 +81,16 @@ std::optional<CalibrationError> base_turn_open(const Identification& id, const C
   return std::nullopt;
 }
 
+std::optional<CalibrationError> turns_contradict(const Identification& id, const CalibratedCell& cell) {
+  const std::vector<Measurement>& points = id.points.points();
+  const std::vector<Eigen::Vector3d> turns = target_turns(cell, points, best_mountings(cell, points));
+  std::vector<double> turn_rad;
+  for (const std::size_t i : oriented_points(points)) turn_rad.push_back(turns[i].norm());
+  const std::string why = why_turns_are_of_no_arm(turn_rad);
+  if (why.empty()) return std::nullopt;
+  return CalibrationError{CalibrationFault::WrongTurns, why};
+}
+
 CalibratedCell coarse_start(const Identification& id) {
   const CalibrateOptions& options = id.options;
   const std::vector<Measurement>& points = id.points.points();
@@ -113,6 +124,7 @@ std::optional<CalibrationError> fit_base_and_reflectors(Identification& id) {
   }
   FitResult fit = solve(id.options, start, problem, id.options.max_coarse_iterations);
   if (auto error = base_turn_open(id, fit.cell, problem)) return error;
+  if (auto error = turns_contradict(id, fit.cell)) return error;
   id.result.coarse = fit.cell;
   id.result.coarse_iterations = fit.iterations;
   id.result.coarse_rms_mm = fit.rms_mm;

@@ -4,9 +4,12 @@
 #include <cmath>
 
 #include "core/arm/forward.hpp"
+#include "core/formatted.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
+#include "core/math/statistics.hpp"
+#include "core/math/units.hpp"
 
 namespace truepose {
 namespace {
@@ -164,6 +167,17 @@ std::vector<double> turn_sigmas(const CalibratedCell& cell, std::span<const Meas
     if (mounted) sigmas[i] = (inverse_cholesky(S) * turn_of(R_WF, *mounted, point)).norm();
   }
   return sigmas;
+}
+
+std::string why_turns_are_of_no_arm(std::span<const double> turn_rad) {
+  constexpr double kMost_rad = 0.05;
+  if (turn_rad.empty()) return {};
+  const double half_rad = median({turn_rad.begin(), turn_rad.end()});
+  if (half_rad < kMost_rad) return {};
+  return formatted(
+      "the targets' orientations do not follow the arm: half of them are off by more than %.1f deg "
+      "(limit %.1f); give the target's axes in the tracker's frame",
+      half_rad * kDegPerRad, kMost_rad * kDegPerRad);
 }
 
 void append_turns(LinearSystem& system, const CalibratedCell& cell, const LeastSquaresProblem& problem) {

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/identify/calibrated_cell.hpp"
@@ -61,6 +62,10 @@ std::vector<double> whitened_turns(const CalibratedCell& cell, std::span<const M
 std::vector<double> turn_sigmas(const CalibratedCell& cell, std::span<const Measurement> points,
                                 std::span<const std::optional<Eigen::Matrix3d>> R_FT,
                                 const Eigen::MatrixXd& covariance, double factor);
+
+/// Why turns of so much are not those of an arm that errs, but of angles of another frame, unit or order;
+/// empty where they may be.
+std::string why_turns_are_of_no_arm(std::span<const double> turn_rad);
 
 /// Appends the rows of the orientations of a problem: of each point of oriented_points(), where any weight is
 /// given, its turn less the mean of its reflector's, times its weight.

@@ -81,6 +81,7 @@ std::string measurements_csv(const std::vector<record::Point>& points) {
   if (points.empty() || !all_have([](const auto& p) { return p.position.has_value(); })) return {};
   const bool direction = all_have([](const auto&p) { return !p.direction.empty(); }),
              payload = all_have([](const auto&p) { return p.payload.has_value(); }),
+             turns = std::ranges::any_of(points, [](const auto&p) { return p.orientation.has_value(); }),
              sigma = all_have([](const auto&p) { return p.sigma.has_value(); }),
              excess = std::ranges::any_of(points, [](const auto&p) { return p.excess.has_value(); }),
              time = all_have([](const auto&p) { return !p.time.empty(); });
@@ -91,12 +92,17 @@ std::string measurements_csv(const std::vector<record::Point>& points) {
   csv += "x,y,z,";
   for (std::size_t i = 1; direction && i <= joints; ++i) csv += fmt::format("dir{},", i);
   if (payload) csv += "payload_kg,payload_x,payload_y,payload_z,";
+  if (turns) csv += "a,b,c,sigma_abc,";
   csv += fmt::format("{}{}{}smr,set,pose\n", sigma ? "sigma," : "", excess ? "excess," : "",
                      time ? "time," : "");
   for (const record::Point& point : points) {
     csv += fields(point.joints) + fields(*point.position);
     if (direction) csv += fields(point.direction);
     if (payload) csv += fmt::format("{},", point.payload->mass_kg) + fields(point.payload->centre_mm);
+    if (const auto& turn = point.orientation)
+      csv += fmt::format("{},{},{},{},", turn->a, turn->b, turn->c, turn->sigma);
+    else if (turns)
+      csv += ",,,,";
     if (sigma) csv += fmt::format("{},", *point.sigma);
     if (excess && point.excess) csv += fmt::format("{}", *point.excess);
     if (excess) csv += ",";
@@ -111,9 +117,9 @@ std::string render_html(const json::object& json, const FurtherDocuments& furthe
   const std::string robot = document.robot.empty() ? "Robot arm" : document.robot;
   std::string body = page_header("Calibration report", robot, identity(document));
   for (const auto section :
-       {summary_section, statistics_section, production_section, conditions_section, histogram_section,
-        cloud_section, point_sections, joint_section, layer_section, transfer_section, rejected_section,
-        drift_section, parameters_section, unknown_section, stream_section}) {
+       {summary_section, statistics_section, turns_section, production_section, conditions_section,
+        histogram_section, cloud_section, point_sections, joint_section, layer_section, transfer_section,
+        rejected_section, drift_section, parameters_section, unknown_section, stream_section}) {
     body += section(document);
   }
   if (further.frame) body += frame_section(*further.frame);

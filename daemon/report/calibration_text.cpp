@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "core/math/angles.hpp"
+#include "core/math/units.hpp"
 #include "daemon/report/number_text.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/report/sections.hpp"
@@ -121,8 +122,8 @@ std::string far_lines(std::string_view title, std::vector<record::Rejected> poin
                   points.size() > kListed ? fmt::format(", the worst {} of them", kListed) : "");
   points.resize(std::min(points.size(), kListed));
   for (const record::Rejected& point : points) {
-    text += fmt::format("  {}: {} mm, {:.0f} standard deviations\n", place_text(point),
-                        error_text(point.residual_mm), point.sigmas);
+    text += fmt::format("  {}: {}, {:.0f} standard deviations\n", place_text(point), distance_text(point),
+                        point.sigmas);
   }
   return text;
 }
@@ -134,9 +135,23 @@ std::string sentence_lines(std::string_view title, const std::vector<std::string
   return text;
 }
 
+/// What 6-D targets show of orientations.
+std::string turn_lines(const ReportDocument& document) {
+  std::string text;
+  for (const PoseSet set : {PoseSet::Identify, PoseSet::Validate}) {
+    if (set == PoseSet::Validate && !document.validate) continue;
+    if (const auto& turns = document.errors_of(set).turns)
+      text += fmt::format("{} of 6-D targets, {}: {}\n",
+                          text.empty() ? "\nOrientation error" : "Orientation error",
+                          set == PoseSet::Validate ? "validation" : "identification", turns_text(*turns));
+  }
+  for (const record::MountedTarget& target : document.targets) text += mounting_text(target) + "\n";
+  return text;
+}
+
 /// What was found beside errors and parameters, each part after an empty line.
 std::string findings(const ReportDocument& document) {
-  std::string text = station_lines(document.stations);
+  std::string text = turn_lines(document) + station_lines(document.stations);
   if (document.deviation_layers) text += deviation_lines(*document.deviation_layers);
   if (document.residual_layers) text += residual_lines(*document.residual_layers);
   if (document.thermal) text += thermal_lines(*document.thermal);
@@ -237,6 +252,24 @@ std::string prior_text(const ReportDocument& document) {
         100 * from_prior / links, mostly, links);
   }
   return text;
+}
+
+std::string distance_text(const record::Rejected& point) {
+  if (point.turn_rad > 0) return fmt::format("turned by {:.3f} deg", point.turn_rad * kDegPerRad);
+  return error_text(point.residual_mm) + " mm";
+}
+
+std::string turns_text(const TurnErrors& turns) {
+  const auto deg = [](double rad) { return fmt::format("{:.4f}", rad * kDegPerRad); };
+  return fmt::format("mean {} -> {} deg, max {} -> {} deg, {:.0f} readings", deg(turns.before.mean_rad),
+                     deg(turns.after.mean_rad), deg(turns.before.max_rad), deg(turns.after.max_rad),
+                     static_cast<double>(turns.readings));
+}
+
+std::string mounting_text(const record::MountedTarget& target) {
+  const Eigen::Vector3d deg = target.rxyz_rad * kDegPerRad;
+  return fmt::format("Target {} on the flange: A {:.4f}, B {:.4f}, C {:.4f} deg, sigma {:.4f} deg",
+                     target.smr, deg.z(), deg.y(), deg.x(), target.sigma_rad * kDegPerRad);
 }
 
 std::string place_text(const record::Rejected& point) {

@@ -173,6 +173,20 @@ std::string statistics_section(const ReportDocument& document) {
   return section("Position error before and after", note(lead + " All in mm.") + std::move(table).scrolled());
 }
 
+std::string turns_section(const ReportDocument& document) {
+  std::string lines;
+  for (const PoseSet set : {PoseSet::Validate, PoseSet::Identify}) {
+    if (set == PoseSet::Validate && !document.validate) continue;
+    if (const auto& turns = document.errors_of(set).turns)
+      lines += note(fmt::format("{}: {}.", set == PoseSet::Validate ? "Validation" : "Identification",
+                                turns_text(*turns)));
+  }
+  if (lines.empty()) return "";
+  for (const record::MountedTarget& target : document.targets)
+    lines += note(xml::escaped(mounting_text(target) + "."));
+  return section("Orientation of 6-D targets, before and after", lines);
+}
+
 std::string histogram_section(const ReportDocument& document) {
   const std::vector<Point> points = document.judged_points();
   if (points.empty()) return "";
@@ -212,10 +226,9 @@ std::string point_sections(const ReportDocument& document) {
 std::string far_section(std::string_view title, std::string_view lead,
                         const std::vector<record::Rejected>& points) {
   if (points.empty()) return "";
-  Table table{"rejected", {{}, {"error, mm"}, {"standard deviations"}}};
+  Table table{"rejected", {{}, {"error"}, {"standard deviations"}}};
   for (const record::Rejected& point : points)
-    table.row(xml::escaped(place_text(point)),
-              {error_text(point.residual_mm), fmt::format("{:.0f}", point.sigmas)});
+    table.row(xml::escaped(place_text(point)), {distance_text(point), fmt::format("{:.0f}", point.sigmas)});
   return section(title, note(lead) + std::move(table).scrolled());
 }
 

@@ -16,6 +16,8 @@ namespace truepose::report {
 std::string summary_section(const ReportDocument& document);
 /// The table of errors through the stages.
 std::string statistics_section(const ReportDocument& document);
+/// Empty where no target showed an orientation.
+std::string turns_section(const ReportDocument& document);
 /// How a production program went with the correction and without it.
 std::string production_section(const ReportDocument& document);
 /// What was measured, with what, when and how.
@@ -108,6 +110,12 @@ std::string transfer_text(const record::Transfer& transfer);
 std::string station_text(const record::Station& station);
 /// "station door.csv, pose 12, reflector 1, row 34", of which what is not known is left out.
 std::string place_text(const record::Rejected& point);
+/// How far such a point is off: "0.21 mm", "turned by 1.2 deg".
+std::string distance_text(const record::Rejected& point);
+/// "mean 0.3 -> 0.01 deg, ..": orientation errors of 6-D targets under the nominal and the calibrated arm.
+std::string turns_text(const TurnErrors& turns);
+/// How a 6-D target is mounted on the flange.
+std::string mounting_text(const record::MountedTarget& target);
 /// "2026-11-21 21:34 UTC" of "2026-11-21T21:34:43.239Z"; any other text as it is.
 std::string time_text(const std::string& rfc3339);
 

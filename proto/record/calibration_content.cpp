@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "core/identify/option_names.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/units.hpp"
 #include "proto/record/forms.hpp"
 
 namespace truepose::record {
@@ -42,7 +44,22 @@ Rejected rejected_of(const RejectedPoint& rejected, const MeasurementData& data,
           .smr = data.smr_names[static_cast<std::size_t>(m.smr)],
           .station = station_of(m, data),
           .residual_mm = rejected.residual_mm,
-          .sigmas = rejected.sigmas};
+          .sigmas = rejected.sigmas,
+          .turn_rad = rejected.turn_rad};
+}
+
+std::optional<TurnedTarget> turned_target(const Measurement& m, const CalibratedCell& cell) {
+  if (!m.orientation) return std::nullopt;
+  const Eigen::Vector3d abc = kuka_abc_deg(cell.station_pose(m.station).linear() * m.orientation->R_WT);
+  return TurnedTarget{abc[0], abc[1], abc[2], m.orientation->sigma_rad * kDegPerRad};
+}
+
+std::vector<MountedTarget> targets_of(const Calibration& c) {
+  std::vector<MountedTarget> targets;
+  for (std::size_t k = 0; k < c.mountings.size(); ++k)
+    if (const auto& mounting = c.mountings[k])
+      targets.push_back({c.cell.reflectors[k].name, angles_zyx(mounting->R_FT), mounting->sigma_rad});
+  return targets;
 }
 
 Point point_of(const Measurement& m, const MeasurementData& data, const CalibratedCell& cell, int pose,
@@ -56,6 +73,7 @@ Point point_of(const Measurement& m, const MeasurementData& data, const Calibrat
           .position = p_mm,
           .sigma = m.sigma_mm,
           .excess = m.excess_mm > 0 ? std::optional{m.excess_mm} : std::nullopt,
+          .orientation = turned_target(m, cell),
           .direction = m.direction,
           .payload = m.payload,
           .time = m.time,
@@ -105,6 +123,7 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   x.base = c.cell.base;
   x.stations = stations_of(c, data);
   x.smr = c.cell.reflectors;
+  x.targets = targets_of(c);
   x.parameters = c.parameters;
   x.arm = Arm::of(c.coarse.robot);
   for (std::size_t i = 0; i < data.points.size(); ++i)

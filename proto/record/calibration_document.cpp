@@ -81,12 +81,23 @@ void layout(auto& io, Is<ErrorStatistics> auto& x) {
   io("y", x.y);
   io("z", x.z);
 }
+void layout(auto& io, Is<TurnStatistics> auto& x) {
+  io("mean_rad", x.mean_rad, kNotNegative);
+  io("rms_rad", x.rms_rad, kNotNegative);
+  io("max_rad", x.max_rad, kNotNegative);
+}
+void layout(auto& io, Is<TurnErrors> auto& x) {
+  io("readings", x.readings, Rounded{});
+  io("before", x.before);
+  io("after", x.after);
+}
 void layout(auto& io, Is<StageErrors> auto& x) {
   io("poses", x.poses, Rounded{});
   io("points", x.points, Rounded{});
   io("before", x.before);
   io("geometric", x.geometric);
   io("after", x.after);
+  io.optional("turns", x.turns);
   io.on_read(x,
              [](auto& read) { read.before.count = read.geometric.count = read.after.count = read.points; });
 }
@@ -178,12 +189,26 @@ void layout(auto& io, Is<Rejected> auto& x) {
   io.optional("station", x.station);
   io("residual_mm", x.residual_mm);
   io("sigmas", x.sigmas);
+  io.optional("turn_rad", Unless{0.0, x.turn_rad}, kNotNegative);
 }
 void layout(auto& io, Is<Station> auto& x) {
   io("name", x.name);
   io("base", x.base);
   io("identify", x.identify);
   io.optional("validate", x.validate);
+}
+void layout(auto& io, Is<TurnedTarget> auto& x) {
+  io("a", x.a);
+  io("b", x.b);
+  io("c", x.c);
+  io("sigma", x.sigma, kNotNegative);
+}
+void layout(auto& io, Is<MountedTarget> auto& x) {
+  io("smr", x.smr);
+  io("rx", x.rxyz_rad.x());
+  io("ry", x.rxyz_rad.y());
+  io("rz", x.rxyz_rad.z());
+  io("sigma_rad", x.sigma_rad, kNotNegative);
 }
 void layout(auto& io, Is<Point> auto& x) {
   io("pose", x.pose, kNumber);
@@ -194,6 +219,7 @@ void layout(auto& io, Is<Point> auto& x) {
   io.optional("position", x.position);
   io.optional("sigma", x.sigma);
   io.optional("excess", x.excess);
+  io.optional("orientation", x.orientation);
   io.optional("direction", x.direction, Whole{-1, 1});
   io.optional("payload", x.payload);
   io.optional("time", x.time);
@@ -307,6 +333,7 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io.optional("base", x.base);
   io.optional("stations", x.stations);
   io.defaulted("smr", x.smr, ReflectorsByName{}, Xyz{});
+  io.optional("targets", x.targets);
   io("parameters", x.parameters);
   io.optional("arm", x.arm);
   io.defaulted("points", x.points);

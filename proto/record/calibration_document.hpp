@@ -29,6 +29,19 @@ struct Station {
 
 /// One measurement, in the words of a measurement file, and its errors through the stages: predicted minus
 /// measured, mm, tracker frame (of several stations, the first one's).
+/// How a 6-D target was turned at a point: KUKA's angles of its axes in the tracker frame, deg.
+struct TurnedTarget {
+  double a = 0, b = 0, c = 0;
+  double sigma = 0;  ///< of a turn about each axis
+};
+
+/// How a 6-D target is mounted on the flange: R_FT = Rz(rz) Ry(ry) Rx(rx), rad.
+struct MountedTarget {
+  std::string smr;
+  Eigen::Vector3d rxyz_rad{0, 0, 0};
+  double sigma_rad = 0;  ///< of a turn about each axis, root mean square
+};
+
 struct Point {
   std::string station;  ///< empty where there is one
   int pose = 0;         ///< from 1; points with the same joints have the same
@@ -38,6 +51,7 @@ struct Point {
   std::optional<Eigen::Vector3d> position;  ///< mm, tracker frame; likewise
   std::optional<double> sigma;              ///< mm
   std::optional<double> excess;  ///< mm, beyond the stated noise; where it is known to be less steady
+  std::optional<TurnedTarget> orientation;
   std::vector<std::int8_t> direction;
   std::optional<LinkMass> payload;
   std::string time;
@@ -49,6 +63,7 @@ struct Rejected {
   int row = 0, pose = 0;
   std::string smr, station;  ///< no station where there is one
   double residual_mm = 0, sigmas = 0;
+  double turn_rad = 0;  ///< where the turn of its target contradicts the others
 };
 
 struct Observability {
@@ -145,6 +160,7 @@ struct CalibrationDocument {
   std::optional<BasePose> base;          ///< the first station's
   std::vector<Station> stations;         ///< where there are several
   std::vector<Reflector> smr;
+  std::vector<MountedTarget> targets;
   std::vector<IdentifiedParameter> parameters;
   std::optional<Arm> arm;  ///< nominal
   std::vector<Point> points;

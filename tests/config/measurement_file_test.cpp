@@ -77,6 +77,25 @@ TEST_F(MeasurementFile, ReadsWhatTheFlangeCarriedAndWritesItBack) {
   EXPECT_FALSE(again.points[1].payload);
 }
 
+TEST_F(MeasurementFile, ReadsHowA6DTargetIsTurnedAndWritesItBack) {
+  const MeasurementData data =
+      load("q1,q2,x,y,z,a,b,c,sigma_abc\n1,2,3,4,5,90,0,0,0.01\n1,2,3,4,5,10,-20,170.5,0.5\n1,2,3,4,5,,,,\n");
+  ASSERT_TRUE(data.points[0].orientation && data.points[1].orientation);
+  const Eigen::Vector3d x_of_target = data.points[0].orientation->R_WT.col(0);
+  EXPECT_LT((x_of_target - Eigen::Vector3d::UnitY()).norm(), 1e-15) << "A turns about the tracker's z";
+  EXPECT_DOUBLE_EQ(data.points[0].orientation->sigma_rad, 0.01 * kRadPerDeg);
+  EXPECT_FALSE(data.points[2].orientation) << "a reflector";
+  std::ostringstream out;
+  write_measurements(out, data, robot_);
+  const MeasurementData again = load(out.str());
+  for (const std::size_t i : {0U, 1U}) {
+    ASSERT_TRUE(again.points[i].orientation) << out.str();
+    EXPECT_LT(angle_between(again.points[i].orientation->R_WT, data.points[i].orientation->R_WT), 1e-14);
+    EXPECT_DOUBLE_EQ(again.points[i].orientation->sigma_rad, data.points[i].orientation->sigma_rad);
+  }
+  EXPECT_FALSE(again.points[2].orientation);
+}
+
 TEST_F(MeasurementFile, TakesNoExcessAsNoneAndWritesWhatThereIs) {
   const MeasurementData data = load("q1,q2,x,y,z,excess\n1,2,3,4,5,0\n1,2,3,4,5,\n1,2,3,4,5,0.03\n");
   EXPECT_EQ(data.points[0].excess_mm, 0);
@@ -151,6 +170,13 @@ TEST_F(MeasurementFile, ChecksTheOptionalColumns) {
             "data.csv: row 1 (line 2): temp2: missing, expected a number");
   EXPECT_EQ(error("q1,q2,x,y,z,temp1,temp2\n" + rows + "20,-273\n"),
             "data.csv: row 1 (line 2): temp2: expected a temperature of -50 to 200 C, found -273");
+  EXPECT_EQ(error("q1,q2,x,y,z,a,b,c\n" + rows + "1,2,3\n"), "data.csv: missing column 'sigma_abc'");
+  EXPECT_EQ(error("q1,q2,x,y,z,a,b,c,sigma_abc\n" + rows + "1,400,3,0.01\n"),
+            "data.csv: row 1 (line 2): b: expected -360 to 360 deg, found 400");
+  EXPECT_EQ(error("q1,q2,x,y,z,a,b,c,sigma_abc\n" + rows + "1,,3,0.01\n"),
+            "data.csv: row 1 (line 2): b: missing, expected a number");
+  EXPECT_EQ(error("q1,q2,x,y,z,a,b,c,sigma_abc\n" + rows + "1,2,3,0\n"),
+            "data.csv: row 1 (line 2): sigma_abc: expected more than 0 and at most 10 deg, found 0");
   EXPECT_EQ(error("q1,q2,x,y,z,pose\n" + rows + "1.5\n"),
             "data.csv: row 1 (line 2): pose: expected a whole number of 1 or more, found 1.5");
   EXPECT_EQ(error("q1,q2,x,y,z,smr\n" + rows + "\n"),

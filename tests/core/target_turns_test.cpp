@@ -244,5 +244,15 @@ TEST(A6DTarget, NeedsTheNoiseOfItsPositionsToWeighItsTurnsBy) {
   EXPECT_TRUE(calibrate(example::kr210(), stated));
 }
 
+TEST(A6DTarget, WhoseAnglesAreOfAnotherFrameIsRefused) {
+  SimulatedCampaign measured = campaign(20, kSeed);
+  for (Measurement& point : measured.data.points)
+    point.orientation->R_WT = point.orientation->R_WT.transpose().eval();
+  const auto refused = calibrate(example::kr210(), measured.data, with_noise());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().fault, CalibrationFault::WrongTurns);
+  EXPECT_NE(refused.error().detail.find("do not follow the arm"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace truepose

@@ -17,13 +17,13 @@ namespace truepose {
 using namespace record;
 
 template <>
-inline constexpr int kMembers<CalibrationDocument> = 43;
+inline constexpr int kMembers<CalibrationDocument> = 44;
 template <>
 inline constexpr int kMembers<Thermal> = 8;
 template <>
-inline constexpr int kMembers<Point> = 14;
+inline constexpr int kMembers<Point> = 15;
 template <>
-inline constexpr int kMembers<Rejected> = 7;
+inline constexpr int kMembers<Rejected> = 8;
 template <>
 inline constexpr int kMembers<Station> = 4;
 template <>
@@ -79,7 +79,15 @@ inline constexpr int kMembers<CalibrationVerdict> = 1;
 template <>
 inline constexpr int kMembers<Finding> = 2;
 template <>
-inline constexpr int kMembers<StageErrors> = 5;
+inline constexpr int kMembers<StageErrors> = 6;
+template <>
+inline constexpr int kMembers<TurnErrors> = 3;
+template <>
+inline constexpr int kMembers<TurnStatistics> = 3;
+template <>
+inline constexpr int kMembers<TurnedTarget> = 4;
+template <>
+inline constexpr int kMembers<MountedTarget> = 3;
 template <>
 inline constexpr int kMembers<DeviationGain> = 3;
 template <>

@@ -10,6 +10,7 @@
 #include "config/robot_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/random.hpp"
 #include "tests/core/golden.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
@@ -220,6 +221,47 @@ TEST_F(Offline, WhyItFailedStandsBehindTheReportWhereBothGoToOneFile) {
   ASSERT_NE(why, std::string::npos) << run.out;
   EXPECT_GT(why, run.out.find("Verdict: amber"));
   EXPECT_EQ(run.out.find('\n', why), run.out.size() - 1) << "the last line";
+}
+
+TEST_F(Offline, CalibrateTakesA6DTargetAndTellsHowItIsTurned) {
+  const std::string reflector = write_golden_points(true);
+  MeasurementData data = config::load_measurements(reflector, nominal_);
+  const json::object plain = succeed({"calibrate", "--robot", kRobot, "--data", reflector, "--json"});
+  EXPECT_FALSE(plain.contains("targets"));
+  EXPECT_FALSE(plain.at("validate").as_object().contains("turns"));
+
+  const std::string model = folder_.path() / "model.yaml";
+  succeed({"calibrate", "--robot", kRobot, "--data", reflector, "--out", model, "--json"});
+  const CalibratedCell cell = config::load_model(model).cell;
+  const Eigen::Matrix3d R_FT = rotation_by({0.3, -0.8, 1.9});
+  Random random{7};
+  for (Measurement& point : data.points) {
+    point.orientation = MeasuredOrientation{
+        cell.base.isometry().linear() * forward_kinematics(cell.robot, point.q).linear() * R_FT, 1e-4};
+    for (double& mm : point.p_WS_mm) mm += 0.02 * random.normal();
+  }
+  std::ofstream out(folder_.path() / "six.csv");
+  config::write_measurements(out, data, nominal_);
+  out.close();
+  std::vector<std::string> arguments{"calibrate", "--robot", kRobot, "--data", folder_.path() / "six.csv"};
+  const Finished unweighed = run_program("truepose", arguments);
+  EXPECT_EQ(unweighed.exit_code, 2);
+  EXPECT_NE(unweighed.err.find("noise"), std::string::npos) << unweighed.err;
+
+  arguments.insert(arguments.end(), {"--tracker-noise", "0.001,0.0001", "--repeatability", "0.02"});
+  const Finished text = run_program("truepose", arguments);
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_NE(text.out.find("rientation"), std::string::npos) << text.out;
+  const std::string report = folder_.path() / "report.html";
+  arguments.insert(arguments.end(), {"--report", report, "--json"});
+  const json::object document = succeed(arguments);
+  EXPECT_NE(text_of(report).find("Orientation of 6-D targets, before and after"), std::string::npos);
+  const json::object& turns = document.at("validate").at("turns").as_object();
+  EXPECT_GT(turns.at("before").at("mean_rad").to_number<double>(), 1e-3);
+  EXPECT_LT(turns.at("after").at("mean_rad").to_number<double>(), 1e-4);
+  const json::object& target = document.at("targets").at(0).as_object();
+  const auto turn = [&](const char* key) { return target.at(key).to_number<double>(); };
+  EXPECT_LT(angle_between(rotation_zyx(turn("rz"), turn("ry"), turn("rx")), R_FT), 1e-3);
 }
 
 TEST_F(Offline, CalibrateValidatesOnAnotherFile) {
