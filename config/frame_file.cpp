@@ -12,8 +12,10 @@
 #include "config/number_text.hpp"
 #include "config/sealed_text.hpp"
 #include "config/text_file.hpp"
+#include "config/turn_columns.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/formatted.hpp"
+#include "core/identify/tool_turn.hpp"
 #include "core/identify/work_frame.hpp"
 #include "core/math/angles.hpp"
 
@@ -135,12 +137,15 @@ FrameReadings load_frame_readings(const std::filesystem::path& file, const Robot
   const std::vector<std::string> joints = joint_column_names("q", robot);
   std::vector<std::string> columns = joints;
   columns.insert(columns.end(), kPointColumns.begin(), kPointColumns.end());
+  if (of_arm) columns.insert(columns.end(), kTurnColumns.begin(), kTurnColumns.end());
   table.expect_only(columns);
   const VectorColumns seen(table, ""), known(table, "p");
+  const TurnColumns turned(table);
   FrameReadings data;
   for (std::size_t row = 0; row < table.row_count(); ++row) {
     FrameReading reading{.point = point_of(table, row, known, data.points),
                          .p_WS_mm = seen.at(row),
+                         .orientation = turned.at(row),
                          .row = static_cast<int>(row) + 1};
     if (of_arm || !seen.are_there()) {
       std::vector<double> q;
@@ -158,10 +163,12 @@ void write_frame_readings(std::ostream& out, const FrameReadings& data, const Ro
   const bool known =
       std::ranges::any_of(data.points, [](const FramePoint& point) { return point.p_mm.has_value(); });
   const bool of_arm = data.readings.empty() || data.readings.front().q.size() > 0;
+  const bool turned = is_turned(data);
   std::vector<std::string> columns{"point"};
   if (known) columns.insert(columns.end(), {"px", "py", "pz"});
   if (of_arm) std::ranges::copy(joint_column_names("q", robot), std::back_inserter(columns));
   if (seen) columns.insert(columns.end(), {"x", "y", "z"});
+  if (turned) columns.insert(columns.end(), kTurnColumns.begin(), kTurnColumns.end());
   for (const std::string& column : columns) out << (&column == &columns.front() ? "" : ",") << column;
   out << '\n';
   for (const FrameReading& reading : data.readings) {
@@ -173,6 +180,7 @@ void write_frame_readings(std::ostream& out, const FrameReadings& data, const Ro
       out << ',' << joint_field(reading.q[i], robot.joints[static_cast<std::size_t>(i)]);
     if (seen)
       for (const double mm : *reading.p_WS_mm) out << ',' << format_number(mm);
+    if (turned) out << ',' << turn_fields(reading.orientation);
     out << '\n';
   }
 }
@@ -187,7 +195,7 @@ Eigen::Isometry3d as_told(const Eigen::Isometry3d& X) {
 std::string tool_yaml(const ToolFile& tool) {
   return sealed(
       "# A tool that was measured. frame: what the controller has in TOOL_DATA, mm and deg; readings: mm and "
-      "rad.\n" +
+      "rad, turns of a 6-D target (axes, sigma) in deg.\n" +
       yaml_of(tool));
 }
 

@@ -48,8 +48,8 @@ struct PlannedPoint {
 std::vector<PlannedPoint> load_points(const std::filesystem::path& file);
 
 /// Reads what was measured (CSV: q1..qN in deg or mm; x,y,z in mm where the tracker read the point; point:
-/// its name, "origin" without it; px,py,pz in mm where its coordinates in the frame are known). Throws
-/// ConfigError.
+/// its name, "origin" without it; px,py,pz in mm where its coordinates in the frame are known; kTurnColumns
+/// of a tool's reading by a 6-D target). Throws ConfigError.
 /// @param of_arm  the points are on the arm, so that q1..qN are needed where the tracker read them too
 FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm);
 

@@ -37,10 +37,16 @@ void layout(auto& io, Is<FramePoint> auto& x) {
   io.optional("p", x.p_mm, kPoint);
 }
 
+void layout(auto& io, Is<MeasuredOrientation> auto& x) {
+  io("axes", x.R_WT, KukaAngles{});
+  io("sigma", x.sigma_rad, Degrees{}, Range{1e-9, 10});
+}
+
 void layout(auto& io, Is<FrameReading> auto& x) {
   io("point", x.point, PointNumber{}, kFrameNumber);
   io("q", x.q, JointList{});
   io.optional("seen", x.p_WS_mm, Xyz{kMm});
+  io.optional("turned", x.orientation);
 }
 
 }  // namespace truepose::config

@@ -16,10 +16,11 @@ namespace truepose {
 
 /// One reading of a point of a frame: seen by the tracker, or touched.
 struct FrameReading {
-  std::size_t point = 0;                   ///< index into FrameReadings::points
-  JointVector q;                           ///< of the arm, rad or mm; empty: it had no part
-  std::optional<Eigen::Vector3d> p_WS_mm;  ///< in the tracker frame; none: touched
-  int row = 0;                             ///< of the file it came from, 1 = first; 0 = no file
+  std::size_t point = 0;                             ///< index into FrameReadings::points
+  JointVector q;                                     ///< of the arm, rad or mm; empty: it had no part
+  std::optional<Eigen::Vector3d> p_WS_mm;            ///< in the tracker frame; none: touched
+  std::optional<MeasuredOrientation> orientation{};  ///< of a 6-D target whose axes are the frame's
+  int row = 0;                                       ///< of the file it came from, 1 = first; 0 = no file
 };
 
 /// From so many standard deviations on it is not chance: 65,000 readings have one of a sound one.
@@ -62,8 +63,9 @@ struct MeasuredFrame {
   PoseCovariance by_readings = PoseCovariance::Zero();     ///< by their noise alone
   Eigen::Matrix<double, 6, Eigen::Dynamic> by_parameters;  ///< derivative to the cell's; empty where unknown
   std::vector<double> error_mm;                            ///< of each reading, from where all together say
-  std::vector<std::size_t> doubtful;                       ///< readings that the others contradict
-  std::vector<double> misfit_mm;  ///< of each point, where their coordinates are known
+  std::vector<double> turn_error_rad;  ///< the same of its orientation; empty where none was read
+  std::vector<std::size_t> doubtful;   ///< readings that the others contradict
+  std::vector<double> misfit_mm;       ///< of each point, where their coordinates are known
   /// Standard deviation of what those are wrong by, as the misfits show it, and part of the covariance; 0
   /// where the readings' noise explains them.
   double coordinates_off_mm = 0;

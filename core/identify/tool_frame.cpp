@@ -6,6 +6,7 @@
 #include "core/formatted.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/orientation_spread.hpp"
+#include "core/identify/tool_turn.hpp"
 #include "core/identify/uncertainty.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -68,6 +69,32 @@ std::optional<BaseShift> shift_of_base(const FrameReadings& data, const Equation
   return shift;
 }
 
+/// Why orientations of readings do not say how the tool is turned; empty where they do.
+std::string why_not_turned(const FrameReadings& data) {
+  if (data.points.size() > 1 || data.points.front().name != kOrigin || data.points.front().p_mm)
+    return "a reading with an orientation gives the whole tool, so that its point is \"origin\" and no other is read: "
+           "leave the other points out, or the orientations";
+  if (!std::ranges::all_of(
+          data.readings, [](const FrameReading& reading) { return reading.p_WS_mm && reading.orientation; }))
+    return "some readings have an orientation and some do not: give it for all, or for none";
+  return {};
+}
+
+/// Makes the tool's turn that of the readings.
+void take_turn(MeasuredFrame& frame, const ToolTurn& turn, const Eigen::MatrixXd& covariance) {
+  frame.is_orientation_known = true;
+  frame.by_readings.bottomRightCorner<3, 3>() = turn.sigma_rad * turn.sigma_rad * Eigen::Matrix3d::Identity();
+  if (covariance.size() > 0) frame.by_parameters.bottomRows<3>() = turn.by_parameters;
+  frame.covariance = frame.by_readings + congruence(frame.by_parameters, covariance);
+  frame.turn_error_rad = turn.error_rad;
+  for (std::size_t i = 0; i < turn.sigmas.size(); ++i) {
+    if (turn.sigmas[i] > kDoubtful) frame.doubtful.push_back(i);
+  }
+  std::ranges::sort(frame.doubtful);
+  const auto twice = std::ranges::unique(frame.doubtful);
+  frame.doubtful.erase(twice.begin(), twice.end());
+}
+
 /// Why the orientations in which the arm measured a point do not tell where it is on the flange.
 ///
 /// @param measured        "the TCP touched the point"
@@ -118,13 +145,21 @@ std::expected<MeasuredFrame, std::string> tool_frame(const FrameReadings& data, 
   if (is_touched(data)) {
     if (std::string why = why_not_told(data, by.cell.robot); !why.empty()) return std::unexpected(why);
   }
+  std::optional<ToolTurn> turn;
+  if (is_turned(data)) {
+    if (std::string why = why_not_turned(data); !why.empty()) return std::unexpected(why);
+    auto found = tool_turn(data, by);
+    if (!found) return std::unexpected(found.error());
+    turn = *std::move(found);
+  }
   const auto equations_of = [&](const Eigen::VectorXd& step) {
     return tool_equations(data, by, step.size() > 0 ? moved(by.cell, step) : by.cell);
   };
-  auto frame = measured_frame(data, equations_of, by.covariance, R_else);
+  auto frame = measured_frame(data, equations_of, by.covariance, turn ? turn->R_FT : R_else);
   if (frame && !is_touched(data)) frame->shift = shift_of_base(data, equations_of, by);
   // With it no reading contradicts the others.
   if (frame && frame->shift && frame->shift->is_real()) frame->doubtful.clear();
+  if (frame && turn) take_turn(*frame, *turn, by.covariance);
   return frame;
 }
 

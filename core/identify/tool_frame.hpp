@@ -29,8 +29,11 @@ std::string why_not_told(const FrameReadings& data, const RobotModel& robot);
 /// on the tool's +X axis, of "x"; in the XY plane on the side of +Y, of "xy". So it is linear either way:
 /// X_BF p_F = p_B.
 ///
+/// A 6-D target, whose axes are the tool's and whose origin is the TCP, tells the whole frame by one reading.
+///
 /// @param R_else  orientation (flange to tool) where the TCP alone was measured
-/// Errors: those of measured_frame(), and orientations that vary too little to tell the TCP from the point.
+/// Errors: those of measured_frame() and tool_turn(), orientations of readings that are of more points than
+/// the origin or that others lack, and orientations that vary too little to tell the TCP from the point.
 std::expected<MeasuredFrame, std::string> tool_frame(
     const FrameReadings& data, const MeasuringCell& by,
     const Eigen::Matrix3d& R_else = Eigen::Matrix3d::Identity());

@@ -30,8 +30,8 @@ std::string frame_table(const FrameDocument& frame) {
 
 std::string readings_chart(const FrameDocument& frame) {
   Series errors{"Distance from where all readings together have the point", kGeometricColor, Marker::Circle};
-  for (const auto& [row, point, error_mm] : frame.readings)
-    errors.points.push_back({static_cast<double>(row), error_mm, point});
+  for (const FrameDocument::Reading& reading : frame.readings)
+    errors.points.push_back({static_cast<double>(reading.row), reading.error_mm, reading.point});
   return charts(point_chart_svg(
       {.title = "Readings", .x_label = "reading", .y_unit = "mm", .series = {std::move(errors)}}));
 }

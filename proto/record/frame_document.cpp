@@ -17,6 +17,7 @@ void layout(auto& io, Is<FrameDocument::Reading> auto& x) {
   io("row", x.row, kCount);
   io("point", x.point);
   io("error_mm", x.error_mm, kNotNegative);
+  io.optional("turn_error_deg", x.turn_error_deg, kNotNegative);
 }
 void layout(auto& io, Is<FrameDocument::Point> auto& x) {
   io("name", x.name);
@@ -99,9 +100,12 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
       .sigma0 = frame.sigma0,
       .krl = krl::frame_statement(kind == FrameKind::Tool ? "TOOL_DATA" : "BASE_DATA", number, X_told)};
   if (frame.is_orientation_known) document.sigma_deg = kDegPerRad * sigmas.tail<3>();
-  for (std::size_t i = 0; i < data.readings.size(); ++i)
+  for (std::size_t i = 0; i < data.readings.size(); ++i) {
     document.readings.push_back(
         {data.readings[i].row, data.points[data.readings[i].point].name, frame.error_mm[i]});
+    if (!frame.turn_error_rad.empty())
+      document.readings.back().turn_error_deg = frame.turn_error_rad[i] * kDegPerRad;
+  }
   for (std::size_t i = 0; i < data.points.size(); ++i) {
     document.points.push_back({data.points[i].name, data.points[i].p_mm, std::nullopt});
     if (!frame.misfit_mm.empty()) document.points.back().misfit_mm = frame.misfit_mm[i];

@@ -26,6 +26,7 @@ struct FrameDocument {
     int row = 0;        ///< of the file of readings, from 1
     std::string point;  ///< its name
     double error_mm = 0;
+    std::optional<double> turn_error_deg{};  ///< of a 6-D target
   };
   struct Point {
     std::string name;

@@ -10,6 +10,7 @@
 #include "core/arm/forward.hpp"
 #include "core/identify/calibrate.hpp"
 #include "core/identify/measurement_model.hpp"
+#include "core/identify/tool_turn.hpp"
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/example_campaigns.hpp"
@@ -107,6 +108,24 @@ TEST(RowsOfTurns, AreWhatTheirOwnDifferencesComeTo) {
                          (4 * kStep);
     EXPECT_NEAR(gradient[k], slope, 1e-4 * gradient.norm()) << k;
   }
+}
+
+TEST(ToolTurn, FollowsTheModelAsItsDifferencesHaveIt) {
+  std::cout << "seed " << kSeed << "\n";
+  Random random{kSeed};
+  const CalibratedCell cell = cell_with_deviations(random);
+  FrameReadings data{.points = {{kOrigin, {}}}};
+  for (const Measurement& point : readings(cell, 10, random))
+    if (point.smr == 0) data.readings.push_back({.q = point.q, .orientation = point.orientation});
+  const auto here = tool_turn(data, {.cell = cell});
+  ASSERT_TRUE(here) << here.error();
+  const int size = ParameterLayout::of(cell).size();
+  ASSERT_EQ(here->by_parameters.cols(), size);
+  const Eigen::MatrixXd slopes = differences(cell, size, [&](const CalibratedCell& at) {
+    return Eigen::VectorXd{turn_between(here->R_FT, tool_turn(data, {.cell = at})->R_FT)};
+  });
+  // The readings turn by 2e-4 rad: by so much of itself is the mean of turns none of vectors.
+  EXPECT_LT((here->by_parameters - slopes).cwiseAbs().maxCoeff(), 1e-3 * slopes.cwiseAbs().maxCoeff());
 }
 
 TEST(RowsOfTurns, SayNothingOfAJointThatTurnsTheTargetAlone) {

@@ -8,6 +8,7 @@
 
 #include "core/compensate/target_compensation.hpp"
 #include "core/identify/calibrate.hpp"
+#include "core/identify/measurement_model.hpp"
 #include "core/identify/work_frame.hpp"
 #include "core/math/angles.hpp"
 #include "core/simulate/measurement_campaign.hpp"
@@ -53,6 +54,10 @@ class CalibratedArm {
   }
   Eigen::Vector3d truly(const JointVector& q, const Eigen::Vector3d& p_F_mm) const {
     return truth_.base.isometry() * plain::moved(plain::flange(truth_.robot, q), p_F_mm);
+  }
+  /// How the tool's axes truly are in the tracker frame.
+  Eigen::Matrix3d turned(const JointVector& q) const {
+    return truth_.base.isometry().linear() * (plain::flange(truth_.robot, q) * X_FT_).topLeftCorner<3, 3>();
   }
   Eigen::Vector3d of_tool(const Eigen::Vector3d& p_T_mm) const { return plain::moved(X_FT_, p_T_mm); }
   JointVector joints() {
@@ -125,6 +130,23 @@ FrameReadings seen_by_tracker(CalibratedArm& arm, int orientations) {
   return data;
 }
 
+constexpr double kTurnSigma_rad = 0.01 * kRadPerDeg;
+
+/// A 6-D target at the TCP with the tool's axes, seen in so many orientations.
+FrameReadings seen_in_six_dimensions(CalibratedArm& arm, int orientations) {
+  FrameReadings data{.points = {{kOrigin, {}}}};
+  for (int i = 0; i < orientations; ++i) {
+    const JointVector q = arm.joints();
+    data.readings.push_back(
+        {.q = q,
+         .p_WS_mm = arm.seen(q, arm.of_tool({0, 0, 0})),
+         .orientation = MeasuredOrientation{rotation_by(normal(arm.random(), kTurnSigma_rad)) * arm.turned(q),
+                                            kTurnSigma_rad},
+         .row = i + 1});
+  }
+  return data;
+}
+
 /// One fixed point touched by the TCP in so many orientations.
 FrameReadings touched(CalibratedArm& arm, int orientations, double tilt_deg) {
   FrameReadings data{.points = {{kOrigin, {}}}};
@@ -187,6 +209,67 @@ TEST(ToolFrame, TheStandardDeviationOfTheTcpIsThatOfItsErrors) {
   }
   std::printf("seeds 0..%d: mean square of the error over its variance %.3f\n", seeds - 1, sum / seeds);
   EXPECT_NEAR(sum / seeds, 1, widened(0.12, 0.2));
+}
+
+TEST(ToolFrame, OneReadingOfA6DTargetTellsTheWholeTool) {
+  const int seeds = trials(200);
+  std::vector<double> one_mm, one_deg, ten_mm, ten_deg;
+  for (int seed = 0; seed < seeds; ++seed) {
+    CalibratedArm arm(static_cast<std::uint64_t>(seed));
+    for (const int readings : {1, 10}) {
+      const auto tool = tool_frame(seen_in_six_dimensions(arm, readings), arm.by());
+      ASSERT_TRUE(tool) << tool.error() << " seed " << seed;
+      EXPECT_TRUE(tool->is_orientation_known && tool->is_sound()) << "seed " << seed;
+      const auto errors = arm.compensated(tool->X);
+      (readings == 1 ? one_mm : ten_mm).push_back(mean(errors.mm));
+      (readings == 1 ? one_deg : ten_deg).push_back(mean(errors.deg));
+    }
+  }
+  std::printf("seeds 0..%d: one reading: TCP %.4f mm, its axes %.4f deg; ten: %.4f mm, %.4f deg\n", seeds - 1,
+              mean(one_mm), mean(one_deg), mean(ten_mm), mean(ten_deg));
+  EXPECT_LT(mean(one_mm), 0.1);
+  EXPECT_LT(mean(one_deg), 0.03);
+  EXPECT_LT(mean(ten_mm), 0.045);
+  EXPECT_LT(mean(ten_deg), 0.02);
+}
+
+TEST(ToolFrame, TheStandardDeviationOfTheToolsTurnIsThatOfItsErrors) {
+  const int seeds = trials(1000);
+  double sum = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    CalibratedArm arm(static_cast<std::uint64_t>(seed));
+    const auto tool = tool_frame(seen_in_six_dimensions(arm, 1 + seed % 3), arm.by());
+    ASSERT_TRUE(tool) << tool.error() << " seed " << seed;
+    const JointVector q = arm.joints();
+    PointJacobian J;
+    const Eigen::Matrix3d R_WF = turn_with_jacobian(arm.by().cell, q, J);
+    const Eigen::MatrixXd by_parameters = J + R_WF * tool->by_parameters.bottomRows<3>();
+    const Eigen::Matrix3d C = by_parameters * arm.by().covariance * by_parameters.transpose() +
+                              R_WF * tool->by_readings.bottomRightCorner<3, 3>() * R_WF.transpose();
+    const Eigen::Vector3d error = turn_between(R_WF * tool->X.linear(), arm.turned(q));
+    sum += error.dot(C.inverse() * error) / 3;
+  }
+  std::printf("seeds 0..%d: mean square of the turn over its variance %.3f\n", seeds - 1, sum / seeds);
+  EXPECT_NEAR(sum / seeds, 1, widened(0.12, 0.25));
+}
+
+TEST(ToolFrame, A6DReadingThatTurnedIsNamedAndOnesOfAnotherFrameAreRefused) {
+  CalibratedArm arm(4);
+  const FrameReadings right = seen_in_six_dimensions(arm, 8);
+  FrameReadings slipped = right;
+  slipped.readings[5].orientation->R_WT = rotation_by({0, 0.02, 0}) * slipped.readings[5].orientation->R_WT;
+  const auto tool = tool_frame(slipped, arm.by());
+  ASSERT_TRUE(tool) << tool.error();
+  EXPECT_EQ(tool->doubtful, std::vector<std::size_t>{5});
+
+  FrameReadings inverted = right, some = right, more = right;
+  for (FrameReading& reading : inverted.readings) reading.orientation->R_WT.transposeInPlace();
+  EXPECT_THAT(tool_frame(inverted, arm.by()).error(), HasSubstr("orientations do not follow the arm"));
+  some.readings[2].orientation.reset();
+  EXPECT_THAT(tool_frame(some, arm.by()).error(), HasSubstr("some readings have an orientation"));
+  more.points.push_back({kOnX, {}});
+  more.readings.back().point = 1;
+  EXPECT_THAT(tool_frame(more, arm.by()).error(), HasSubstr("gives the whole tool"));
 }
 
 TEST(ToolFrame, OrientationsThatAreAlikeAreRefusedWithWhatToDo) {

@@ -135,7 +135,7 @@ inline constexpr int kMembers<ModelUpdate> = 8;
 template <>
 inline constexpr int kMembers<FrameDocument> = 14;
 template <>
-inline constexpr int kMembers<FrameDocument::Reading> = 3;
+inline constexpr int kMembers<FrameDocument::Reading> = 4;
 template <>
 inline constexpr int kMembers<FrameDocument::Shift> = 3;
 template <>

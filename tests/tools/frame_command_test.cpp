@@ -157,6 +157,32 @@ TEST_F(FrameCommand, AToolReadByTheTrackerIsToldAsKukasFrame) {
   EXPECT_THAT(text.out, HasSubstr("TOOL_DATA[3]={X "));
 }
 
+TEST_F(FrameCommand, OneReadingOfA6DTargetTellsTheToolWithItsAxes) {
+  const JointVector q = joints();
+  const Eigen::Matrix4d X_W =
+      model_.cell.base.isometry().matrix() * plain::flange(model_.cell.robot, q) * X_FT_;
+  const std::string data = folder_.write(
+      "six.csv", "q1,q2,q3,q4,q5,q6,x,y,z,a,b,c,sigma_abc\n" + cells(q) + pose_cells(X_W) + ",0.01\n");
+  const json::object tool = document("tool", {"--data", data, "--out", path("tool.yaml")});
+  EXPECT_LT((frame_in(tool) - X_FT_).norm(), 1e-3);
+  EXPECT_GE(tool.at("sigma_deg").at(0).to_number<double>(), 0.01);
+  EXPECT_LT(tool.at("readings").at(0).at("turn_error_deg").to_number<double>(), 1e-6);
+  EXPECT_THAT(run("tool", {"--data", data}).out, HasSubstr("turned by, deg"));
+  const auto kept = config::load_tool(path("tool.yaml"), nominal_);
+  ASSERT_TRUE(kept.data.readings[0].orientation) << "which another model needs to reckon the tool by";
+  const auto again = config::tool_under(*config::measuring_cell(model_), kept);
+  ASSERT_TRUE(again) << again.error();
+  EXPECT_LT((again->X.matrix() - X_FT_).norm(), 1e-3);
+}
+
+TEST_F(FrameCommand, AnOrientationIsOfAToolAlone) {
+  const std::string data =
+      folder_.write("base.csv", "point,x,y,z,a,b,c,sigma_abc\norigin,1,2,3,4,5,6,0.01\n");
+  const Finished finished = run("base", {"--data", data});
+  EXPECT_EQ(finished.exit_code, 2);
+  EXPECT_THAT(finished.err, HasSubstr("unknown column 'a'"));
+}
+
 TEST_F(FrameCommand, ATcpThatTouchedOnePointKeepsTheOrientationThatIsGiven) {
   std::string text = "q1,q2,q3,q4,q5,q6\n";
   for (int i = 0; i < 10; ++i) {

@@ -1,5 +1,6 @@
 #include "tools/truepose/frame_text.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/formatted.hpp"
@@ -28,9 +29,15 @@ Cells sigma_cells(const Eigen::Vector3d& sigma_mm, const std::optional<Eigen::Ve
 }
 
 std::string readings_text(const FrameDocument& told) {
+  const bool turned = std::ranges::any_of(told.readings, [](const FrameDocument::Reading& reading) {
+    return reading.turn_error_deg.has_value();
+  });
   std::vector<Cells> rows{{"row", "point", "off by, mm"}};
-  for (const auto& [row, point, error_mm] : told.readings)
-    rows.push_back({std::to_string(row), point, formatted("%.4f", error_mm)});
+  if (turned) rows.front().push_back("turned by, deg");
+  for (const FrameDocument::Reading& reading : told.readings) {
+    rows.push_back({std::to_string(reading.row), reading.point, formatted("%.4f", reading.error_mm)});
+    if (turned) rows.back().push_back(formatted("%.5f", reading.turn_error_deg.value_or(0)));
+  }
   return text_table(rows);
 }
 
