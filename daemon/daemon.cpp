@@ -29,6 +29,7 @@
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/service/service_manager.hpp"
 #include "daemon/store/campaign_plan.hpp"
+#include "daemon/store/correction_mark.hpp"
 #include "daemon/store/runtime_folder.hpp"
 #include "daemon/threads/signal.hpp"
 #include "daemon/web/daemon_metrics.hpp"
@@ -82,6 +83,7 @@ std::uint32_t rsi_peer(const config::RobotConfig& robot) {
 StreamOptions stream_options(const config::CellConfig& config, std::uint32_t peer) {
   StreamOptions options = StreamOptions::of(config);
   options.peer = peer;
+  options.never_corrected = !may_have_corrected(config.store);
   return options;
 }
 

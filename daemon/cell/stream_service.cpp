@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/log/log.hpp"
+#include "daemon/store/correction_mark.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/eki/messages.hpp"
 
@@ -70,6 +71,7 @@ MethodReply StreamService::start(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
   if (auto not_ready = co_await robot_not_ready()) co_return std::unexpected(*not_ready);
+  co_await keep_corrected();
   if (auto refused = runner_.apply(StreamStartRequested{}, "asked for by an operator", by))
     co_return std::unexpected(*refused);
   before_request_ = parts_.stream.status();
@@ -152,6 +154,7 @@ MethodReply StreamService::arm(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
   if (!devices_.robot().connected()) co_await devices_.look_at_robot();
   if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
+  co_await keep_corrected();
   const bool known = devices_.arm_serial().has_value();
   if (auto refused = runner_.apply(ArmRequested{}, "armed by an operator", by))
     co_return std::unexpected(*refused);
@@ -172,6 +175,14 @@ MethodReply StreamService::disarm(json::object params, std::string by) {
   auto failed = co_await ramped_out<Disarming>("stream.disarm");
   if (failed) co_return std::unexpected(*failed);
   co_return json();
+}
+
+/// Before anything is corrected. Where the disk does not keep it the stream goes on: what is lost is a proof
+/// for simulators that outlive a restart of this machine.
+asio::awaitable<void> StreamService::keep_corrected() {
+  auto job = [this] { return daemon::keep_corrected(parts_.config.store); };
+  const auto kept = co_await parts_.store_thread.ask(job);
+  if (!kept) log_error(kept.error().detail);
 }
 
 asio::awaitable<StoreResult<void>> StreamService::keep_armed(std::string since) {
@@ -199,6 +210,7 @@ asio::awaitable<void> StreamService::arm_as_before() {
     co_await keep_disarmed();
     co_return;
   }
+  co_await keep_corrected();
   runner_.apply(ArmRequested{}, "armed since " + *since + ", as before the daemon ended");
 }
 

@@ -41,6 +41,7 @@ class StreamService {
   template <typename State>
   boost::asio::awaitable<std::optional<control::RpcError>> ramped_out(std::string method);
   boost::asio::awaitable<void> end_program();
+  boost::asio::awaitable<void> keep_corrected();
   boost::asio::awaitable<StoreResult<void>> keep_armed(std::string since);
   boost::asio::awaitable<void> keep_disarmed();
   void acknowledge();

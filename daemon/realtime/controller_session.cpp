@@ -104,6 +104,7 @@ ControllerSession::ControllerSession(const SessionOptions& options, StreamMemory
       pin_{options.peer, kShortestRestart},
       sequence_{options.gap_cycles},
       evidence_{lag_of(options)},
+      corrected_{!options.never_corrected},
       silent_since_{options.listening_since} {
   const auto kept = memory_ ? memory_->last() : std::nullopt;
   if (!kept) return;
@@ -115,6 +116,7 @@ ControllerSession::ControllerSession(const SessionOptions& options, StreamMemory
   sequence_.start(kept->ipoc, kept->step);
   receipts_.resume(kept->delay < 0 ? std::nullopt : std::optional{kept->delay});
   in_force_.resume({vector_of(kept->min_rad), vector_of(kept->max_rad)}, vector_of(kept->sent_rad));
+  corrected_ = true;
 }
 
 ControllerSession::Hearing ControllerSession::hear(const rsi::RobotFrame& frame,
@@ -122,6 +124,8 @@ ControllerSession::Hearing ControllerSession::hear(const rsi::RobotFrame& frame,
                                                    drivers::TimePoint received) noexcept {
   received_ = received;
   const bool other = pin_.pin(source, received);
+  if (other) waiting_.restart();
+  waiting_.take(frame.ipoc, received);
   Hearing hearing;
   if (other || !sequence_.begun()) {
     begin(frame);
@@ -131,12 +135,12 @@ ControllerSession::Hearing ControllerSession::hear(const rsi::RobotFrame& frame,
   }
 
   const IpocSequence::Position position = sequence_.place(frame.ipoc);
-  const bool borne_out =
-      (position.place == Place::Jump || position.place == Place::Stale) && sequence_.bears_out(frame.ipoc);
+  const bool borne_out = (position.place == Place::Jump || position.place == Place::Stale) &&
+                         (sequence_.bears_out(frame.ipoc) || waiting_.waits());
   if (position.place == Place::Duplicate) {
-    hearing.turn = known() ? Turn::Repeat : Turn::Unproven;
+    hear_again(frame, hearing);
   } else if (position.place == Place::Next ||
-             (borne_out && position.forward > 0 && position.place == Place::Jump)) {
+             (borne_out && position.forward > 0 && position.place == Place::Jump && !waiting_.waits())) {
     go_on(frame, position, hearing);
   } else if (borne_out) {
     begin(frame);
@@ -148,8 +152,45 @@ ControllerSession::Hearing ControllerSession::hear(const rsi::RobotFrame& frame,
   return hearing;
 }
 
+/// The last frame once more. What a waiting peer has in force is what it had when it began to wait.
+void ControllerSession::hear_again(const rsi::RobotFrame& frame, Hearing& hearing) noexcept {
+  const bool waits = waiting_.waits();
+  if (in_force_.doubtful() && waits && in_next_cycle_) {
+    // One that was started again meanwhile would stand where its count of replies begins.
+    in_force_.trust();
+    hearing.settled = true;
+  }
+  if (known() && (replied_ || !waits)) {
+    hearing.turn = Turn::Repeat;
+  } else if (known()) {
+    hearing.turn = Turn::Answer;
+    hearing.missed = true;
+  } else if (waits && nothing_in_force(frame)) {
+    offered_ = true;
+    receipts_.restart();
+    receipts_.read(frame.delay, 0);
+    hearing.turn = Turn::Offer;
+  }
+  // It counts no time while it waits.
+  if (waits && hearing.turn != Turn::Unproven) received_before_ = received_;
+}
+
+/// Whether a peer that waits can have no correction in force. Where none was ever sent, by whichever process,
+/// axes that stand where they are commanded prove it. Else they do not: within a dead time they have not yet
+/// gone where a correction leads them, and a peer that waits is within it for as long as nobody answers. But
+/// a count of replies that is still 0 does.
+bool ControllerSession::nothing_in_force(const rsi::RobotFrame& frame) const noexcept {
+  if (!frame.delay) return false;  // it could not show that the offer was taken
+  if (from_zero_) return true;
+  if (corrected_ || !frame.aspos_rad || !frame.aipos_rad) return false;
+  return (vector_of(*frame.aspos_rad) - vector_of(*frame.aipos_rad)).cwiseAbs().maxCoeff() <=
+         ArmLag{}.noise_rad;
+}
+
 void ControllerSession::begin(const rsi::RobotFrame& frame) noexcept {
   sequence_.start(frame.ipoc);
+  from_zero_ = frame.ipoc == 0;
+  offered_ = in_next_cycle_ = replied_ = false;
   receipts_.restart();
   receipts_.read(frame.delay, 0);
   in_force_.forget();
@@ -177,9 +218,21 @@ void ControllerSession::go_on(const rsi::RobotFrame& frame, const IpocSequence::
   const bool longer_than_counted = silence >= cycles * options_.cycle + kLateForItsIpoc;
   const bool long_silence = position.elapsed >= restart_cycles_;
   if (longer_than_counted || (long_silence && !receipt.alive)) {
+    in_next_cycle_ = known() && position.forward == sequence_.step();
     in_force_.doubt();
     evidence_.restart();
+    fewer_counted_ = 0;
+  } else {
+    in_next_cycle_ = false;
   }
+  // The step is not known yet: of a count of replies or of milliseconds.
+  const bool next =
+      position.forward == 1 || position.forward == static_cast<std::uint64_t>(options_.cycle.count());
+  if (std::exchange(offered_, false) && next && receipt.taken) {
+    in_force_.set(CorrectionRange::of(JointVector::Zero(6)));
+    hearing.settled = true;
+  }
+  from_zero_ = replied_ = false;
   sequence_.advance(frame.ipoc, position);
   received_before_ = received_;
   settle(frame, position.forward, hearing);
@@ -214,6 +267,7 @@ bool ControllerSession::began_in_our_silence(const rsi::RobotFrame& frame) const
 
 bool ControllerSession::hear_malformed(std::uint64_t ipoc, const drivers::UdpSource& source,
                                        drivers::TimePoint received) noexcept {
+  waiting_.restart();
   if (!known() || pin_.pinned() != source) return false;
   const IpocSequence::Position position = sequence_.place(ipoc);
   if (position.place == Place::Duplicate) return true;
@@ -227,9 +281,12 @@ bool ControllerSession::hear_malformed(std::uint64_t ipoc, const drivers::UdpSou
 }
 
 void ControllerSession::reply(const JointVector& correction) noexcept {
-  in_force_.sent(correction);
   receipts_.replied();
   silent_since_ = received_;
+  if (offered_) return;  // nothing is known yet that another process could count from
+  replied_ = true;
+  corrected_ = corrected_ || !correction.isZero(0);
+  in_force_.sent(correction);
   if (!memory_) return;
   StreamMemory::Record record{.address = pin_.pinned()->address,
                               .port = pin_.pinned()->port,

@@ -5,6 +5,7 @@
 
 #include "daemon/realtime/correction_in_force.hpp"
 #include "daemon/realtime/stream_memory.hpp"
+#include "daemon/realtime/waiting_peer.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "proto/rsi/frame_codec.hpp"
@@ -135,6 +136,7 @@ struct SessionOptions {
   drivers::TimePoint listening_since;                 ///< before, another process may have replied
   std::chrono::milliseconds greatest_dead_time{120};  ///< of the arm
   std::chrono::milliseconds greatest_lag{120};        ///< its time constant
+  bool never_corrected = false;                       ///< as StreamOptions
 };
 
 /// The controller's side of the stream: who it is, where in its count it is, and what it has in force.
@@ -146,6 +148,7 @@ class ControllerSession {
     Repeat,     ///< the last datagram once more: the same reply
     WrongIpoc,  ///< out of order: it belongs to no cycle that waits for a reply
     Unproven,   ///< what is in force is not known: any reply might be a jump
+    Offer,      ///< zero seems to be in force at a peer that waits: reply zero, to see whether it takes it
   };
   struct Hearing {
     Turn turn = Turn::Unproven;
@@ -173,6 +176,7 @@ class ControllerSession {
   void reply(const JointVector& correction) noexcept;
 
   bool known() const noexcept { return in_force_.known(); }
+  bool peer_waits() const noexcept { return waiting_.waits(); }
   bool begun() const noexcept { return sequence_.begun(); }
   const CorrectionRange& in_force() const noexcept { return in_force_.range(); }
   const JointVector& last_sent() const noexcept { return in_force_.last_sent(); }
@@ -183,6 +187,8 @@ class ControllerSession {
 
  private:
   void begin(const rsi::RobotFrame& frame) noexcept;
+  void hear_again(const rsi::RobotFrame& frame, Hearing& hearing) noexcept;
+  bool nothing_in_force(const rsi::RobotFrame& frame) const noexcept;
   void go_on(const rsi::RobotFrame& frame, const IpocSequence::Position& position, Hearing& hearing) noexcept;
   void settle(const rsi::RobotFrame& frame, std::uint64_t forward, Hearing& hearing) noexcept;
   bool began_in_our_silence(const rsi::RobotFrame& frame) const noexcept;
@@ -195,8 +201,14 @@ class ControllerSession {
   ReplyReceipts receipts_;
   CorrectionInForce in_force_;
   EffectEvidence evidence_;
-  int fewer_counted_ = 0;                 // frames in a row that show a controller that began in our silence
-  drivers::TimePoint received_{};         // of the datagram that is heard
+  WaitingPeer waiting_;
+  bool from_zero_ = false;         // the count of this session began with the frame that was heard last
+  bool offered_ = false;           // zero, to the frame that was heard last
+  bool in_next_cycle_ = false;     // what is doubted is one reply later than what was known
+  bool replied_ = false;           // to this frame, by this process
+  bool corrected_;                 // ever, by this or another process: not with zero alone
+  int fewer_counted_ = 0;          // frames in a row that show a controller that began in our silence
+  drivers::TimePoint received_{};  // of the datagram that is heard
   drivers::TimePoint received_before_{};  // of the one of this session before it
   drivers::TimePoint silent_since_;       // no reply was sent since
 };

@@ -81,6 +81,7 @@ class CorrectionInForce {
   CorrectionInForce() { forget(); }
 
   bool known() const noexcept { return knowledge_ == Knowledge::Known; }
+  bool doubtful() const noexcept { return knowledge_ == Knowledge::Doubtful; }
   /// Where known or doubtful.
   const CorrectionRange& range() const noexcept { return range_; }
   const JointVector& last_sent() const noexcept { return last_sent_; }
@@ -89,6 +90,8 @@ class CorrectionInForce {
   void forget() noexcept;
   /// The controller's side may have begun anew, with nothing in force.
   void doubt() noexcept;
+  /// It has not: what was doubted is known.
+  void trust() noexcept { knowledge_ = Knowledge::Known; }
   void set(const CorrectionRange& range) noexcept;
   /// As another process left it.
   void resume(const CorrectionRange& range, const JointVector& sent) noexcept;

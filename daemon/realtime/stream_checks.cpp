@@ -21,6 +21,9 @@ constexpr double kSigmas = 4;
 // A reply sent so soon was in time, and datagrams so close together come out of a backlog.
 constexpr std::chrono::milliseconds kInTime{1};
 
+/// Simulators of the robot's side fill it with zeros: no arm has its flange in its foot.
+bool is_blank(const rsi::CartesianPose& pose) { return pose.x_mm == 0 && pose.y_mm == 0 && pose.z_mm == 0; }
+
 }  // namespace
 
 ArmCheck::ArmCheck(const RobotModel& nominal, std::chrono::milliseconds cycle, double max_deviation_mm)
@@ -38,7 +41,7 @@ std::optional<FoundFault> ArmCheck::cycle(std::uint64_t step) const noexcept {
 std::optional<FoundFault> ArmCheck::arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept {
   wait_ -= static_cast<double>(elapsed);
   // Counted from the last look: the first frame that shows the arm is looked at, whenever it comes.
-  if (wait_ > 0 || !frame.rist || !frame.aipos_rad) return std::nullopt;
+  if (wait_ > 0 || !frame.rist || is_blank(*frame.rist) || !frame.aipos_rad) return std::nullopt;
   wait_ = second_cycles_;
   const Eigen::Vector3d p_BF_mm = forward_kinematics(nominal_, vector_of(*frame.aipos_rad)).translation();
   const double off_mm =

@@ -28,7 +28,8 @@ SessionOptions session_options(const StreamOptions& options, drivers::TimePoint 
           .gap_cycles = options.timeout_cycles,
           .step_rad = options.max_step_rad,
           .peer = options.peer,
-          .listening_since = now};
+          .listening_since = now,
+          .never_corrected = options.never_corrected};
 }
 
 }  // namespace
@@ -181,6 +182,7 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
   malformed_before_ = false;
   disarm_after_silence(datagram.received);
   const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
+  status_.peer_waits = session_.peer_waits();
   if (hearing.began) begin_session(datagram.source);
   lateness_.heard(datagram.received, hearing.elapsed);
   if (hearing.lost > 0) {
@@ -203,6 +205,10 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
       last_commanded_.reset();
       following_.restart();
       return {};
+    case Turn::Offer:
+      correction_.setZero();
+      ramp_.reset();
+      return hold();
     case Turn::Answer:
       return answer_cycle(frame, hearing, datagram.received);
   }

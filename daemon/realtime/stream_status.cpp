@@ -144,6 +144,9 @@ std::optional<drivers::Duration> silence(const StreamStatus& status) {
 FaultText fault_text(const StreamStatus& status) { return text_of(status.fault, status.detail); }
 
 std::string reason(const StreamStatus& status) {
+  if (status.state == StreamState::Unproven && status.peer_waits)
+    return "the sender repeats its frame until it is answered, as simulators do, and a correction may be in force there: "
+           "start it again, so that its IPOC begins with 0";
   if (status.state == StreamState::Unproven)
     return "what correction the controller has in force is not known, and any answer could be a jump: it is "
            "answered as soon as the arm stands, or has a new session and no correction";

@@ -105,6 +105,7 @@ struct StreamStatus {
   std::optional<drivers::UdpSource> peer;   ///< the controller, as it sends
   std::uint64_t ipoc = 0;
   std::uint64_t ipoc_step = 0;  ///< learned from the controller; 0 = not yet known
+  bool peer_waits = false;      ///< it repeats its frame until it is answered, as simulators do
   std::uint64_t model = 0;      ///< number that use_model() was given; 0 = none
   double gain = 0;              ///< 0 = no correction, 1 = all of it
   // ProgramSignals, where the last frame had them.

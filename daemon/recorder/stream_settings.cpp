@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <concepts>
 
 namespace truepose::daemon {
 namespace {
@@ -19,7 +20,8 @@ bool read_number(const std::string& text, Number& number) {
   return fault == std::errc{} && rest == end;
 }
 
-/// Calls `visit` with the name of each number and the number. What may be absent is an optional.
+/// Calls `visit` with the name of each number and the number. What may be absent is an optional, or a bool
+/// that is false.
 template <typename Options>
 void for_each_setting(Options& options, const auto& visit) {
   visit("max_step_rad", options.max_step_rad);
@@ -35,6 +37,7 @@ void for_each_setting(Options& options, const auto& visit) {
   visit("disarm_after_ms", options.disarm_after);
   visit("peer", options.peer);
   visit("max_fk_deviation_mm", options.max_fk_deviation_mm);
+  visit("never_corrected", options.never_corrected);
 }
 
 template <typename T>
@@ -65,6 +68,8 @@ std::map<std::string, std::string> settings_of(const StreamOptions& options) {
   for_each_setting(options, [&]<typename T>(const char* name, const T& value) {
     if constexpr (requires { value.has_value(); }) {
       if (value) settings[name] = setting_text(*value);
+    } else if constexpr (std::same_as<T, bool>) {
+      if (value) settings[name] = "1";
     } else {
       settings[name] = setting_text(value);
     }
@@ -81,6 +86,9 @@ std::expected<StreamOptions, std::string> options_of(const std::map<std::string,
     if constexpr (requires { value.has_value(); }) {
       value.reset();
       good = !good || read_setting(found->second, value.emplace());
+    } else if constexpr (std::same_as<T, bool>) {
+      value = good;
+      good = !value || found->second == "1";
     } else {
       good = good && read_setting(found->second, value);
     }

@@ -58,6 +58,12 @@ BUGS = {
          "  }\n"
          "  if (false) {"),
     ],
+    "a peer that waits has nothing in force, whatever was sent": [
+        (SESSION, "  if (corrected_ || !frame.aspos_rad", "  if (!frame.aspos_rad"),
+    ],
+    "a peer that waits is believed to have taken what it was offered": [
+        (SESSION, "&& next && receipt.taken) {", "&& next) {"),
+    ],
 }
 EKI = "drivers/kuka/eki_channel.cpp"
 ROBOT = "drivers/kuka/eki_robot.cpp"
@@ -127,7 +133,7 @@ LINKED = [
     ("daemon_stream_test", "*GivesEveryMisbehaviour*", DRIVER_BUGS),
 ]
 OF_THE_STREAM = sorted(file.stem for file in (TREE / "daemon/realtime").glob("*.cpp"))
-OF_THE_TEST = ["stream_history_test", "stream_cell", "robot_program", "plant"]
+OF_THE_TEST = ["stream_history_test", "waiting_peer_test", "stream_cell", "robot_program", "plant"]
 FLAGS = ["-std=c++23", "-O1", "-DNDEBUG", "-isystem", "/usr/include/eigen3", "-I.", '-DTRUEPOSE_VERSION="0"',
          f'-DTRUEPOSE_SOURCE_DIR="{TREE}"']
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "daemon/store/correction_mark.hpp"
 #include "daemon/store/restore.hpp"
 #include "daemon/store/runtime_folder.hpp"
 #include "daemon/store/store.hpp"
@@ -279,6 +280,18 @@ TEST_F(Restoring, MakesAStoreWhereThereIsNone) {
   ASSERT_TRUE(aside) << aside.error();
   EXPECT_EQ(*aside, "");
   EXPECT_EQ(points_in(open(file)), 10U);
+}
+
+TEST(CorrectionMark, StandsBesideTheStoreFromTheFirstCorrectionOn) {
+  const TempFolder folder;
+  const std::filesystem::path store = folder.path() / "cell.store";
+  EXPECT_FALSE(may_have_corrected(store));
+  ASSERT_TRUE(keep_corrected(store));
+  ASSERT_TRUE(keep_corrected(store)) << "once more";
+  EXPECT_TRUE(may_have_corrected(store));
+  const auto refused = keep_corrected(folder.path() / "nowhere" / "cell.store");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().detail, HasSubstr("cell.store.corrected: cannot be written: No such file"));
 }
 
 }  // namespace

@@ -47,6 +47,7 @@ StreamCell::StreamCell(std::uint64_t seed, const StreamCellOptions& options)
       arm_{random_arm()},
       armed_{options.rearms && seed % 3 == 0},
       program_random_{~seed} {
+  if (options_.waits && one_in(2)) patience_ = std::chrono::seconds{1};
   drives_ = random_.uniform() < 0.15 ? 0 : 1;
   history_.sessions = 1;
   start_daemon();
@@ -91,6 +92,11 @@ PlantOptions StreamCell::random_plant() {
   options.lag_ms = delay_ms - options.dead_time_ms;
   options.timeout_cycles = static_cast<int>(std::pow(10, within(1, 4)));
   options.delay = one_in(2) ? Count::Cumulative : Count::Consecutive;
+  if (options_.waits) {
+    options.ipoc_step =
+        one_in(2) ? 1 : options.ipoc_step;  // it counts replies, or the time that they stand for
+    options.first_ipoc = one_in(2) ? 0 : options.first_ipoc;
+  }
   return options;
 }
 
@@ -137,6 +143,7 @@ void StreamCell::start_daemon() {
   options.disarm_after.reset();
   if (!options_.rearms) options.disarm_after = kDisarmAfter;
   options.peer = kController;
+  options.never_corrected = !corrected_before_;
   daemon_time = now_;
   options.now = []() noexcept { return daemon_time; };
   cycle_ = StreamCycle::create(nominal_arm(), config_, options, memory_.get()).value();
@@ -164,6 +171,11 @@ void StreamCell::operate() {
   if (seldom(6000)) cycle_->use_model(unusable_arm(), 1);
 }
 
+void StreamCell::engage_or_arm() {
+  corrected_before_ = true;
+  armed_ ? cycle_->arm() : cycle_->engage();
+}
+
 void StreamCell::engage() {
   engage_or_arm();
   engaged_since_heard_ = true;
@@ -189,7 +201,7 @@ void StreamCell::happen() {
   if (options_.longest_stall_cycles > 0 && seldom(300)) stall();
   if (daemon_down_ > 0 && --daemon_down_ == 0) {
     end_daemon();
-    if (one_in(8)) page_.lose();  // the machine was restarted
+    if (one_in(options_.waits ? 2 : 8)) page_.lose();  // the machine was restarted
     start_daemon();
   }
 }
@@ -209,7 +221,11 @@ void StreamCell::restart_controller() {
                          .arm_settled = one_in(2)};
   if (one_in(3)) restart.ipoc = pick(1'000'000'000);
   if (one_in(3)) restart.source_port = static_cast<std::uint16_t>(50'000 + pick(10'000));
+  // A simulator that waits is started again, and counts replies from where it always begins.
+  if (options_.waits) restart.ipoc = plant_options_.first_ipoc;
   plant_.restart_session(restart);
+  open_.reset();
+  timeouts_ = timeouts_in_a_row_ = 0;
   ++history_.sessions;
 }
 
@@ -221,6 +237,10 @@ void StreamCell::cycle() {
   happen();
   now_ += std::chrono::milliseconds{static_cast<int>(plant_options_.cycle_ms)};
   if (foreign_cycles_ > 0) --foreign_cycles_, send_foreign();
+  options_.waits ? run_waiting_plant() : run_plant();
+}
+
+void StreamCell::run_plant() {
   const auto sent = plant_.begin_cycle(program_.next());
   if (sent) {
     ++history_.cycles;
@@ -239,6 +259,31 @@ void StreamCell::cycle() {
   if (history_.cycles % 1000 == 0) check();
 }
 
+/// The cycle stays open until a reply to it comes.
+void StreamCell::run_waiting_plant() {
+  if (!open_) {
+    open_ = plant_.begin_cycle(program_.next());
+    reply_taken_ = false;
+    timeouts_in_a_row_ = 0;
+  } else if (now_ - repeated_ < patience_) {
+    return;
+  } else {
+    ++timeouts_, ++timeouts_in_a_row_;
+  }
+  if (!open_) return;
+  if (open_->delay) open_->delay = plant_options_.delay == Count::Cumulative ? timeouts_ : timeouts_in_a_row_;
+  repeated_ = now_;
+  ++history_.cycles;
+  const bool lost = !daemon_runs() || (datagrams_lost_ > 0 && datagrams_lost_-- > 0);
+  if (!lost) {
+    ++history_.heard;
+    exchange(*open_);
+  }
+  if (!reply_taken_) return;
+  judge(plant_.end_cycle());
+  before_ = std::exchange(open_, std::nullopt);
+}
+
 void StreamCell::rest(int cycles) {
   options_.rarity = std::numeric_limits<double>::infinity();
   datagrams_lost_ = replies_lost_ = foreign_cycles_ = 0;
@@ -253,6 +298,7 @@ void StreamCell::rest(int cycles) {
 }
 
 void StreamCell::exchange(const Plant::Sent& sent) {
+  spoke_ = now_;
   const UdpSource source{kController, sent.source_port};
   if (seldom(200) && before_)
     deliver(frame(*before_), {kController, before_->source_port}, before_->ipoc);  // overtaken
@@ -272,7 +318,8 @@ void StreamCell::send_foreign() {
     ++history_.foreign;
     // From the controller's own address only while that is heard: when it is silent, whoever speaks is
     // heard.
-    const bool heard = datagrams_lost_ == 0 && before_ && plant_.alive();
+    const bool heard =
+        datagrams_lost_ == 0 && before_ && plant_.alive() && now_ - spoke_ < std::chrono::milliseconds{30};
     const auto port = before_ ? before_->source_port : std::uint16_t{1};
     const bool same_address = one_in(2) && heard;
     deliver(frame(forged),
@@ -351,7 +398,9 @@ void StreamCell::answer(const OnTheWay& datagram) {
   Plant::Axes correction_deg;
   for (std::size_t i = 0; i < 6; ++i) correction_deg[i] = (*decoded->axis_correction_rad)[i] * kDegPerRad;
   if (replies_lost_ > 0 && replies_lost_-- > 0) return;
-  if (!other_address && plant_.take_reply(decoded->ipoc, correction_deg)) ++history_.answered;
+  if (other_address || !plant_.take_reply(decoded->ipoc, correction_deg)) return;
+  ++history_.answered;
+  reply_taken_ = true;
 }
 
 /// A good frame of the controller comes to the daemon.

@@ -25,6 +25,7 @@ struct StreamCellOptions {
   double rarity = 1;                ///< everything happens so many times more seldom
   double longest_gap_cycles = 200;  ///< of lost datagrams or replies, and of a pause of the controller
   double longest_stall_cycles = 0;  ///< for which the daemon does not run now and then, and finds a backlog
+  bool waits = false;  ///< a simulator of the robot's side: it repeats its frame until it is answered
   bool rearms = true;  ///< `rearm: automatic`: the correction goes on after a silence; every third is armed
 };
 
@@ -62,9 +63,10 @@ class StreamPage {
 };
 
 /// A controller that the seed makes up (cycle, dead time and lag up to 100 ms, Timeout 10 to 10000, how it
-/// counts, with ASPos or without), its stream, and everything that can happen to them: a second sender,
-/// losses in either direction, datagrams that are damaged, repeated or overtake each other, restarts of
-/// controller, daemon and machine, commands of operators; up to 200 deg/s, corrections up to 3 deg.
+/// counts, with ASPos or without), or a simulator that waits for each reply, its stream, and everything that
+/// can happen to them: a second sender, losses in either direction, datagrams that are damaged, repeated or
+/// overtake each other, restarts of controller, daemon and machine, commands of operators; up to 200 deg/s,
+/// corrections up to 3 deg.
 ///
 /// All in virtual time, the same again from the same seed. One cell at a time: the daemon's clock is one.
 class StreamCell {
@@ -108,12 +110,14 @@ class StreamCell {
   bool daemon_runs() const { return daemon_down_ == 0; }
   void operate();
   void engage();
-  void engage_or_arm() { armed_ ? cycle_->arm() : cycle_->engage(); }
+  void engage_or_arm();
   void signal();
   void happen();
   void stall();
   void restart_controller();
 
+  void run_plant();
+  void run_waiting_plant();
   void exchange(const test::Plant::Sent& sent);
   void send_foreign();
   std::string frame(const test::Plant::Sent& sent) const;
@@ -148,6 +152,7 @@ class StreamCell {
   rsi::ProgramSignals signals_;
   drivers::TimePoint now_{std::chrono::hours{1}};
   drivers::TimePoint heard_{now_};
+  drivers::TimePoint spoke_{now_};  // the controller itself, to the daemon
   StreamPage page_;
   std::unique_ptr<StreamMemory> memory_;
   std::unique_ptr<StreamCycle> cycle_;
@@ -155,6 +160,13 @@ class StreamCell {
   std::uint64_t stalled_cycles_ = 0;
   std::deque<OnTheWay> backlog_;
   std::optional<test::Plant::Sent> before_;
+  // Of a peer that waits.
+  std::chrono::milliseconds patience_{40};  // after which it repeats its frame
+  std::optional<test::Plant::Sent> open_;   // not answered yet
+  drivers::TimePoint repeated_{};
+  std::int64_t timeouts_ = 0, timeouts_in_a_row_ = 0;
+  bool reply_taken_ = false;
+  bool corrected_before_ = false;    // as the disk keeps it
   std::uint64_t given_ = 0;          // datagrams to this daemon
   std::uint64_t foreign_given_ = 0;  // of these, from another address
   std::uint64_t replied_ = 0;        // by this daemon

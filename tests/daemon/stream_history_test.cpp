@@ -19,8 +19,8 @@ std::uint64_t histories() {
 constexpr int kCycles = 900;
 
 /// A cell that the seed makes up, and some seconds in which everything happens to it that can.
-StreamHistory stream_history(std::uint64_t seed) {
-  StreamCell cell{seed};
+StreamHistory stream_history(std::uint64_t seed, const StreamCellOptions& options = {}) {
+  StreamCell cell{seed, options};
   for (int cycle = 0; cycle < kCycles; ++cycle) cell.cycle();
   return cell.history();
 }
@@ -45,6 +45,28 @@ TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAS
   EXPECT_GT(answered, 0.6);
   EXPECT_GT(sum.greatest_correction_deg, 2);
   EXPECT_GT(sum.greatest_step, 0.9) << "the histories ask for no speed";
+}
+
+/// With restarts of simulator, daemon and machine, repeated and lost frames, and corrections in force that
+/// the arm does not show yet.
+TEST(StreamHistories, OfSimulatorsThatWaitForAReplyNeverMoveAnAxisByMoreThanAStepEither) {
+  StreamHistory sum;
+  for (std::uint64_t seed = 1; seed <= histories(); ++seed) {
+    const StreamHistory history = stream_history(seed, {.waits = true});
+    ASSERT_LE(history.greatest_step, 1) << "seed " << seed << ": " << history.worst;
+    ASSERT_EQ(history.broken, "") << "seed " << seed << ": " << history.worst;
+    sum.add(history);
+  }
+  const double answered = static_cast<double>(sum.answered) / static_cast<double>(sum.heard);
+  std::printf(
+      "%llu histories of simulators that wait: %llu frames, %.1f %% of what was heard answered, %llu sessions, %llu "
+      "restarts of the daemon, corrections up to %.2f deg; greatest step %.4f of the bound\n",
+      static_cast<unsigned long long>(histories()), static_cast<unsigned long long>(sum.cycles),
+      100 * answered, static_cast<unsigned long long>(sum.sessions),
+      static_cast<unsigned long long>(sum.restarts), sum.greatest_correction_deg, sum.greatest_step);
+  EXPECT_GT(answered, 0.6) << "they are answered";
+  EXPECT_GT(sum.greatest_correction_deg, 2);
+  EXPECT_GT(sum.greatest_step, 0.9);
 }
 
 TEST(StreamCycleProperty, ComesToExactlyZeroAfterAnyHistory) {
