@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/formatted.hpp"
+#include "daemon/realtime/clamped_axis.hpp"
 
 namespace truepose::daemon {
 
@@ -24,13 +25,14 @@ FaultText text_of(StreamFault fault, const FaultDetail& detail) {
     case StreamFault::None:
       return {};
     case StreamFault::NotFollowing:
-      return {"the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
-                  " and AIPos - ASPos shows " + formatted("%.2f", detail.value) + " +- " +
-                  formatted("%.2f", detail.uncertain) + " deg" +
-                  "; the robot program is stopped or not at RSI_MOVECORR, or the ethernet configuration on "
-                  "the controller has another name for the correction than the one that truepose reads "
-                  "(stream.ethernet_xml), or the RSI context does not lead it to AXISCORR",
-              "put that right"};
+      return {
+          "the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
+              " and AIPos - ASPos shows " + formatted("%.2f", detail.value) + " +- " +
+              formatted("%.2f", detail.uncertain) + " deg" +
+              "; the robot program is stopped or not at RSI_MOVECORR, or the ethernet configuration on "
+              "the controller only sends (ONLYSEND) or has another name for the correction than the one that "
+              "truepose reads (stream.ethernet_xml), or the RSI context does not lead it to AXISCORR",
+          "put that right"};
     case StreamFault::BoundBroken:
       return {"the model asked for more than the correction bounds allow for too long: " + axis(detail) +
                   " by " + deg(detail.value) + ", where the bound is " + deg(detail.limit),
@@ -74,6 +76,13 @@ FaultText text_of(StreamFault fault, const FaultDetail& detail) {
               "before RSI_ON)"};
   }
   return {};
+}
+
+FaultText clamp_text(const ClampedAxis& clamped) {
+  return {"the controller clamps the correction: A" + std::to_string(clamped.axis) + " is sent " +
+              deg(clamped.sent_deg) + " and stands at " + deg(clamped.stands_deg) +
+              ", a limit of AXISCORR in its RSI context (LowerLim and UpperLim, or RSI's default)",
+          "set both beyond stream.max_total_deg there, load that context and start the robot program again"};
 }
 
 std::string counted(std::uint64_t count, const std::string& singular, const std::string& plural) {
@@ -141,7 +150,10 @@ std::optional<drivers::Duration> silence(const StreamStatus& status) {
   return std::max(drivers::Duration{0}, status.read_until - *status.heard);
 }
 
-FaultText fault_text(const StreamStatus& status) { return text_of(status.fault, status.detail); }
+FaultText fault_text(const StreamStatus& status) {
+  const auto clamped = status.fault == StreamFault::NotFollowing ? clamped_axis(status) : std::nullopt;
+  return clamped ? clamp_text(*clamped) : text_of(status.fault, status.detail);
+}
 
 std::string reason(const StreamStatus& status) {
   if (status.state == StreamState::Unproven && status.peer_waits)
