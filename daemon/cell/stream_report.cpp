@@ -76,6 +76,14 @@ json::object percentiles_json(const LatencyHistogram::Summary& summary) {
       {"p50", summary.p50_us}, {"p99", summary.p99_us}, {"p999", summary.p999_us}, {"max", summary.max_us}};
 }
 
+json::object late_json(const StreamCounters& c) {
+  return {{"answered", c.replies()},
+          {"late", c.late},
+          {"us", c.late_by_us},
+          {"machine", c.late_by_machine},
+          {"network", c.late_by_network}};
+}
+
 json::value scheduling_json(const std::optional<drivers::Scheduling>& thread) {
   if (!thread) return {};
   return {{"policy", thread->policy},
@@ -211,6 +219,7 @@ json::object stream_json(const StreamStatus& status, const StreamTimes& times,
       {"correction_deg", std::move(correction_deg)},
       {"measured_deg", std::move(measured_deg)},
       {"late_by", {{"us", c.late_by_us}, {"machine", c.late_by_machine}, {"network", c.late_by_network}}},
+      {"last_minute", late_json(around.last_minute)},
       {"turnaround_us", percentiles_json(times.turnaround)},
       {"compute_us", percentiles_json(times.compute)},
       {"scheduling", scheduling_json(around.thread)}};

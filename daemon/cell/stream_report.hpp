@@ -63,6 +63,7 @@ struct StreamSurroundings {
   std::string serial{};                         ///< of the arm that the model belongs to
   std::string why_unverified{};                 ///< why it is not known to be that one; empty: it is
   std::optional<drivers::Scheduling> thread{};  ///< the realtime one, where there is one
+  StreamCounters last_minute{};                 ///< as LastMinute
 };
 
 /// How long its replies take: from datagram to reply in the kernel, and the computing of it alone.

@@ -254,6 +254,7 @@ void StreamService::look() {
   take_events();
   const TimePoint now = parts_.clock.now();
   const StreamStatus status = parts_.stream.status();
+  last_minute_.take(status.counters, now);
   const StreamState before = std::exchange(state_, status.state);
   // With a session that is over, what it had in force is too.
   const bool over = known_silent(status) && !runner_.streaming();
@@ -450,7 +451,8 @@ json::object StreamService::json() const {
        .robot = robot(status),
        .serial = models_.active() ? models_.active()->record.robot_serial : "",
        .why_unverified = why_unverified(),
-       .thread = parts_.realtime_thread ? std::optional{parts_.realtime_thread()} : std::nullopt});
+       .thread = parts_.realtime_thread ? std::optional{parts_.realtime_thread()} : std::nullopt,
+       .last_minute = last_minute_.of(status.counters)});
 }
 
 }  // namespace truepose::daemon

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/cell/last_minute.hpp"
 #include "daemon/cell/model_service.hpp"
 #include "daemon/cell/stream_report.hpp"
 #include "daemon/cell/told_cell.hpp"
@@ -64,6 +65,7 @@ class StreamService {
   DeviceService& devices_;
   ModelService& models_;
   StreamLog log_;
+  LastMinute last_minute_;
   StreamState state_ = StreamState::Idle;  ///< when it was looked at last
   StreamStatus before_request_;            ///< when the stream was asked for last
   StreamStatus before_stream_;             ///< when its program ran

@@ -120,6 +120,13 @@ void let_run(Observations& seen, json::object stream) {
   silence(seen);
 }
 
+/// Of a stream, 15000 replies of which so many were late by that.
+json::object last_minute(const char* by, int late) {
+  json::object counts{{"answered", 15000}, {"late", 0}, {"us", 0}, {"machine", 0}, {"network", 0}};
+  counts[by] = late;
+  return {{"late", 480}, {"last_minute", counts}};
+}
+
 RsiSender& sender(Observations& seen) { return seen.rsi.senders.at(0); }
 
 // clang-format off
@@ -235,14 +242,14 @@ const std::vector<Case> kCases{
     {"MalformedPackets", [](auto&, auto& seen) {
        let_run(seen, {{"refused", "a packet was not understood: IPOC is missing"}, {"malformed", 7}});
      }, "rsi", Level::Fault, "IPOC is missing", "truepose_rsi_ethernet.xml on the controller"},
-    {"LateByTruepose", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"us", 3}}}}); },
-     "rsi", Level::Warning, "replies late by truepose's own fault: 3", "log"},
-    {"LateByTheMachine", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"machine", 3}}}}); },
-     "rsi", Level::Warning, "replies late because this PC did not run truepose in time: 3", "processor"},
-    {"LateByTheNetwork", [](auto&, auto& seen) { let_run(seen, {{"late", 3}, {"late_by", {{"network", 3}}}}); },
-     "rsi", Level::Warning, "replies late because of the network or the controller: 3", "cable"},
-    {"Late", [](auto&, auto& seen) { let_run(seen, {{"late", 3}}); },
-     "rsi", Level::Warning, "replies that were not with the controller in time (Delay): 3", "machine"},
+    {"LateByTruepose", [](auto&, auto& seen) { let_run(seen, last_minute("us", 480)); },
+     "rsi", Level::Warning, "replies late by truepose's own fault: 3.2 % of the last minute's 15000", "log"},
+    {"LateByTheMachine", [](auto&, auto& seen) { let_run(seen, last_minute("machine", 15)); },
+     "rsi", Level::Warning, "replies late because this PC did not run truepose in time: 0.1 % of", "processor"},
+    {"LateByTheNetwork", [](auto&, auto& seen) { let_run(seen, last_minute("network", 480)); },
+     "rsi", Level::Warning, "replies late because of the network or the controller: 3.2 % of", "cable"},
+    {"Late", [](auto&, auto& seen) { let_run(seen, last_minute("late", 480)); },
+     "rsi", Level::Warning, "replies that were not with the controller in time (Delay): 3.2 % of", "machine"},
     {"Answered", [](auto&, auto& seen) { let_run(seen, {}); }, "rsi", Level::Ok, "are answered: 1000", ""},
     // ---- robot ----
     {"RobotRefused", [](auto&, auto& seen) {
@@ -372,12 +379,53 @@ TEST(ADoctorOfASilentCell, NamesTheCauseAlone) {
   };
   EXPECT_THAT(of_rsi([](Observations& seen) { seen.interfaces[1].running = false; }),
               testing::ElementsAre(HasSubstr("has no link")));
-  EXPECT_THAT(of_rsi([](Observations& seen) { seen.rsi.seen = {{kSource, {kPc, 49153}, 375}}; }),
-              testing::ElementsAre(HasSubstr("but stream.listen is")));
   EXPECT_THAT(of_rsi([](Observations& seen) {
-                let_run(seen, {{"state", "fault"}, {"packet_age_ms", nullptr}, {"reason", "another SENTYPE: load that"}});
+                seen.rsi.seen = {{kSource, {kPc, 49153}, 375}};
               }),
-              testing::ElementsAre(HasSubstr("another SENTYPE")));
+              testing::ElementsAre(HasSubstr("but stream.listen is")));
+  EXPECT_THAT(
+      of_rsi([](Observations& seen) {
+        let_run(seen,
+                {{"state", "fault"}, {"packet_age_ms", nullptr}, {"reason", "another SENTYPE: load that"}});
+      }),
+      testing::ElementsAre(HasSubstr("another SENTYPE")));
+}
+
+TEST(ADoctorOfAStreamThatWasLateOnce, SaysNothingOfWhatIsOver) {
+  const config::CellConfig cell = cell_in_a_plant();
+  for (const int late : {0, 14}) {
+    Observations seen = all_is_well(cell);
+    let_run(seen, last_minute("network", late));
+    for (const Finding& finding : diagnose("cell.yaml", cell, seen))
+      EXPECT_FALSE(finding.finding.contains("replies")) << finding.finding;
+  }
+}
+
+TEST(ADoctor, SaysFaultsFirstAndNoLateRepliesBesideANamedFaultOfRsi) {
+  const config::CellConfig cell = cell_in_a_plant();
+  Observations seen = all_is_well(cell);
+  json::object stream = last_minute("network", 480);
+  stream["state"] = "fault";
+  stream["reason"] = "another SENTYPE: load that one there";
+  let_run(seen, stream);
+  seen.daemon.status.at("faults").as_array().push_back(
+      json::object{{"code", "E_CELL"}, {"text", stream.at("reason")}});
+  const Findings findings = diagnose("cell.yaml", cell, seen);
+  EXPECT_TRUE(std::ranges::is_sorted(findings, std::ranges::greater{}, &Finding::level));
+  EXPECT_TRUE(
+      std::ranges::none_of(findings, [](const Finding& f) { return f.finding.contains("replies late"); }));
+}
+
+TEST(ADoctorOfAnotherSender, DoesNotJudgeItAsTheController) {
+  config::CellConfig cell = cell_in_a_plant();
+  Observations seen = all_is_well(cell);
+  cell.robot.rsi_peer = "192.168.44.2";
+  sender(seen).elements.names = {"RIst.X", "AIPoz.A1"};
+  sender(seen).malformed = 3;
+  std::vector<std::string> said;
+  for (const Finding& finding : diagnose("cell.yaml", cell, seen))
+    if (finding.area == "rsi") said.push_back(finding.finding);
+  EXPECT_THAT(said, testing::ElementsAre(HasSubstr("packets come from 192.168.44.1:52000")));
 }
 
 TEST(ADoctorOfRoundedAxes, AccusesNoOtherArm) {
@@ -387,7 +435,8 @@ TEST(ADoctorOfRoundedAxes, AccusesNoOtherArm) {
     sender(seen).elements.decimals = 1;
     sender(seen).frame.rist->x_mm += off_mm;
     const Findings findings = diagnose("cell.yaml", cell, seen);
-    const bool accused = std::ranges::any_of(findings, [](const Finding& f) { return f.finding.contains("RIst is"); });
+    const bool accused =
+        std::ranges::any_of(findings, [](const Finding& f) { return f.finding.contains("RIst is"); });
     EXPECT_EQ(accused, off_mm > 100) << off_mm;
   }
 }

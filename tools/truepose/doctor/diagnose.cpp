@@ -1,6 +1,7 @@
 #include "tools/truepose/doctor/diagnose.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 
 #include "tools/truepose/text.hpp"
@@ -48,6 +49,17 @@ Findings fault_findings(const json::value& status) {
   return findings;
 }
 
+/// Without what may follow from a fault that is named.
+void suppress_consequences(Findings& findings) {
+  std::vector<std::string> at_fault;
+  for (const Finding& finding : findings) {
+    if (finding.level == Level::Fault && !finding.may_follow) at_fault.push_back(finding.area);
+  }
+  std::erase_if(findings, [&](const Finding& finding) {
+    return finding.may_follow && std::ranges::find(at_fault, finding.area) != at_fault.end();
+  });
+}
+
 }  // namespace
 
 Finding from_sentence(std::string area, Level level, const std::string& sentence) {
@@ -79,6 +91,8 @@ Findings diagnose(const std::string& file, const config::CellConfig& cell, const
   add(findings, robot_findings(cell, seen));
   add(findings, tracker_findings(cell, seen));
   add(findings, machine_findings(cell, seen));
+  suppress_consequences(findings);
+  std::ranges::stable_sort(findings, std::ranges::greater{}, &Finding::level);
   return findings;
 }
 

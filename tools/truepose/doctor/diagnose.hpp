@@ -5,7 +5,8 @@
 
 namespace truepose::tools {
 
-/// What the observations mean, in the order in which to look at it. Pure: no I/O and no clock.
+/// What the observations mean: faults first, then warnings, each in the order in which to look at it. What
+/// may follow from a fault that is named is left out. Pure: no I/O and no clock.
 /// @param file  of the cell, as messages name it
 Findings diagnose(const std::string& file, const config::CellConfig& cell, const Observations& seen);
 

@@ -13,6 +13,8 @@ struct Finding {
   Level level = Level::Ok;
   std::string finding;  ///< one sentence
   std::string next;     ///< what to do; empty where all is well
+  /// It may follow from a fault of its area: where one is named, this is not said.
+  bool may_follow = false;
 };
 
 using Findings = std::vector<Finding>;

@@ -32,6 +32,7 @@ class SenderFindings {
 
   Findings all() {
     look_at_address();
+    if (!findings_.empty()) return findings_;  // what another sender sends is not the controller's
     look_at_malformed();
     if (sender_.frames == 0) return findings_;
     look_at_names();
@@ -133,6 +134,7 @@ class SenderFindings {
     if (lost < kLost) return;
     say(Level::Warning, formatted("%.1f %% of the packets of ", 100 * lost) + from_ + " did not arrive",
         "look at cable, switch and other traffic of the RSI network");
+    findings_.back().may_follow = true;
   }
 
   const config::CellConfig& cell_;
@@ -219,7 +221,8 @@ Finding silence_finding(const config::CellConfig& cell, const Observations& seen
                " UDP packets came to ports that nobody has: as root, truepose doctor tells which";
   return {"rsi", controller_answers(seen) ? Level::Warning : Level::Fault, finding,
           "start the program on the controller: it must have come to RSI_ON; where the pendant shows "
-          "RSITimeout it has, and IP_NUMBER or PORT there, or the controller's RSI network, are others"};
+          "RSITimeout it has, and IP_NUMBER or PORT there, or the controller's RSI network, are others",
+          true};
 }
 
 bool is_fault(const Finding& finding) { return finding.level == Level::Fault; }
