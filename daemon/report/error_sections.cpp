@@ -226,9 +226,11 @@ std::string point_sections(const ReportDocument& document) {
 std::string far_section(std::string_view title, std::string_view lead,
                         const std::vector<record::Rejected>& points) {
   if (points.empty()) return "";
-  Table table{"rejected", {{}, {"error"}, {"standard deviations"}}};
+  Table table{"rejected", {{}, {"error, mm"}, {"standard deviations"}}};
   for (const record::Rejected& point : points)
-    table.row(xml::escaped(place_text(point)), {distance_text(point), fmt::format("{:.0f}", point.sigmas)});
+    table.row(xml::escaped(place_text(point)),
+              {point.turn_rad > 0 ? distance_text(point) : error_text(point.residual_mm),
+               fmt::format("{:.0f}", point.sigmas)});
   return section(title, note(lead) + std::move(table).scrolled());
 }
 

@@ -164,6 +164,26 @@ TEST(ReportFindings, ListRejectedPointsByTheirPlace) {
               ElementsAre("pose 2, reflector left, row 7", "12.500", "300"));
 }
 
+TEST(ReportFindings, TellA6DTargetsTurnInDegrees) {
+  json::object document = telling_document();
+  document["rejected"].as_array()[1].as_object()["turn_rad"] = 0.02;
+  const json::object statistics{{"mean_rad", 0.01}, {"rms_rad", 0.011}, {"max_rad", 0.02}},
+      less{{"mean_rad", 1e-4}, {"rms_rad", 1e-4}, {"max_rad", 2e-4}};
+  document["identify"].as_object()["turns"] = {{"readings", 20}, {"before", statistics}, {"after", less}};
+  document["targets"] = {{{"smr", "left"}, {"rx", 0.1}, {"ry", 0}, {"rz", -1}, {"sigma_rad", 1e-4}}};
+  const std::string text = render_text(document),
+                    turns = "mean 0.5730 -> 0.0057 deg, max 1.1459 -> 0.0115 deg";
+  EXPECT_THAT(text, HasSubstr("  row 8: turned by 1.146 deg, 30 standard deviations\n"));
+  EXPECT_THAT(text,
+              HasSubstr("Orientation error of 6-D targets, identification: " + turns + ", 20 readings\n"));
+  EXPECT_THAT(text,
+              HasSubstr("Target left on the flange: A -57.2958, B 0.0000, C 5.7296 deg, sigma 0.0057 deg\n"));
+  const std::string page = render_html(document);
+  EXPECT_THAT(texts(parsed(page), "//table[@class='rejected']/tbody/tr[2]/*"),
+              ElementsAre("row 8", "turned by 1.146 deg", "30"));
+  EXPECT_THAT(page, HasSubstr("Target left on the flange"));
+}
+
 TEST(ReportFindings, ListOnlyTheWorstOfManyRejectedPointsOnATerminal) {
   json::object document = telling_document();
   json::array& rejected = document["rejected"].as_array();
