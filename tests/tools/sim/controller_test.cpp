@@ -362,7 +362,7 @@ TEST(Controller, IsJoggedUnderRsiOnceItsProgramIsStopped) {
                    "IF RSI_ON(#ABSOLUTE,#IPO_FAST)<>RSIOK THEN\nHALT\nENDIF\nRSI_MOVECORR()\n")};
   const auto pass = [&](int cycles) {
     for (int i = 0; i < cycles; ++i)
-      static_cast<RsiProgram&>(controller).advance(kRsiCycle, controller.set_points());
+      static_cast<RsiProgram&>(controller).advance(kRsiCycle, controller.set_points(), kNoCorrection);
   };
   pass(500);
   ASSERT_TRUE(controller.is_on());
