@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/log/log.hpp"
+#include "daemon/realtime/clamped_axis.hpp"
 #include "daemon/store/correction_mark.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/eki/messages.hpp"
@@ -259,8 +260,12 @@ void StreamService::look() {
   // With a session that is over, what it had in force is too.
   const bool over = known_silent(status) && !runner_.streaming();
   const bool acknowledged = status.acknowledged != acknowledged_;  // and not yet seen
-  runner_.faults().stand(status.state == StreamState::Frozen && !over && !acknowledged,
-                         {kFrozenFault, "warning", reason(status)});
+  const bool frozen = status.state == StreamState::Frozen;
+  const bool clamped = frozen && clamped_axis(status);
+  // Seen later than that the axes do not follow: the fault begins once more, with its cause.
+  if (clamped && !clamp_named_) runner_.faults().end(kFrozenFault);
+  clamp_named_ = clamped || (frozen && clamp_named_);
+  runner_.faults().stand(frozen && !over && !acknowledged, {kFrozenFault, "warning", reason(status)});
   if (before != status.state) {
     parts_.events.publish(control::Topic::Stream, json());
     runner_.wake();

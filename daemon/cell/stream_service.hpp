@@ -74,6 +74,7 @@ class StreamService {
   RobotCondition robot_;      ///< when the stream was looked at last
   TimePoint modes_agreed_{};  ///< by RSI and the state server, or one of them says none
   bool mode_differs_ = false;
+  bool clamp_named_ = false;   ///< as the cause why the axes do not follow
   TimePoint proven_{};         ///< when packets could be answered, or none came
   bool kept_armed_ = false;    ///< by the store
   bool verified_ = false;      ///< the arm is the model's, and has not been out of sight since

@@ -80,7 +80,7 @@ FaultText text_of(StreamFault fault, const FaultDetail& detail) {
 
 FaultText clamp_text(const ClampedAxis& clamped) {
   return {"the controller clamps the correction: A" + std::to_string(clamped.axis) + " is sent " +
-              deg(clamped.sent_deg) + " and stands at " + deg(clamped.stands_deg) +
+              deg(clamped.sent_deg) + " and stands at " + formatted("%.2f deg", clamped.stands_deg) +
               ", a limit of AXISCORR in its RSI context (LowerLim and UpperLim, or RSI's default)",
           "set both beyond stream.max_total_deg there, load that context and start the robot program again"};
 }

@@ -66,7 +66,7 @@ TEST(AClampedStream, SaysWhichAxisStandsAtWhichLimitAndWhatToDo) {
   EXPECT_THAT(reason(status),
               HasSubstr("the controller clamps the correction: A" + std::to_string(worst + 1) + " is sent "));
   EXPECT_THAT(reason(status),
-              HasSubstr(rig.applied[worst] > 0 ? "stands at 0.500 deg" : "stands at -0.500 deg"));
+              HasSubstr(rig.applied[worst] > 0 ? "stands at 0.50 deg" : "stands at -0.50 deg"));
   EXPECT_THAT(reason(status),
               HasSubstr("AXISCORR in its RSI context (LowerLim and UpperLim, or RSI's default)"));
   EXPECT_THAT(reason(status), HasSubstr("beyond stream.max_total_deg"));

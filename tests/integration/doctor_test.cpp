@@ -7,12 +7,11 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/json/parse.hpp>
-#include <ostream>
 
 #include "config/cell_config.hpp"
-#include "core/arm/forward.hpp"
-#include "proto/rsi/frame_codec.hpp"
 #include "tests/await.hpp"
+#include "tests/integration/asked_doctor.hpp"
+#include "tests/integration/healthy_frame.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/tools/doctor/scripted_controller.hpp"
 
@@ -24,33 +23,6 @@ using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
 using testing::ResultOf;
-
-// ---- A controller ----
-
-/// What a healthy controller sends of the shipped arm.
-rsi::RobotFrame healthy_frame(const config::CellConfig& cell, std::uint64_t cycle) {
-  const rsi::Axes axes{0.1, -1.5, 1.5, 0.2, 0.4, -0.3};
-  const Eigen::Vector3d p_BF_mm =
-      forward_kinematics(cell.robot.model, Eigen::Map<const Eigen::Vector<double, 6>>(axes.data()))
-          .translation();
-  const rsi::CartesianPose pose{.x_mm = p_BF_mm.x(), .y_mm = p_BF_mm.y(), .z_mm = p_BF_mm.z()};
-  return {.ipoc = 4 * cycle,
-          .rist = pose,
-          .rsol = pose,
-          .aipos_rad = axes,
-          .aspos_rad = axes,
-          .delay = 0,
-          .program = {.ask = 1,
-                      .state = rsi::kProgramActive,
-                      .mode = rsi::kModeExt,
-                      .override_percent = 100,
-                      .cell = 1024}};
-}
-
-std::string wire(const rsi::RobotFrame& frame, int decimals = 4) {
-  std::array<char, rsi::kMaxFrameBytes> buffer;
-  return std::string{encode_robot_frame(frame, buffer, decimals).value()};
-}
 
 std::string with(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
@@ -84,33 +56,12 @@ class FaultyNetwork {
 
 // ---- The doctor ----
 
-struct Said {
-  std::string area, level, finding, next;
-};
-void PrintTo(const Said& said, std::ostream* out) {
-  *out << said.level << ' ' << said.area << ' ' << said.finding << "; next: " << said.next << '\n';
-}
-
 auto says(const std::string& level, const std::string& area, const std::string& finding,
           const std::string& next) {
   return Contains(AllOf(ResultOf([](const Said& s) { return s.level; }, level),
                         ResultOf([](const Said& s) { return s.area; }, area),
                         ResultOf([](const Said& s) { return s.finding; }, HasSubstr(finding)),
                         ResultOf([](const Said& s) { return s.next; }, HasSubstr(next))));
-}
-
-/// @param exit_code  none: of other cells on this machine it may say
-/// anything
-std::vector<Said> doctor_of(const LiveCell& cell, std::optional<int> exit_code) {
-  const Finished doctor = run_program("truepose", {"doctor", "--cell", cell.cell_file(), "--json"});
-  EXPECT_EQ(doctor.exit_code, exit_code.value_or(doctor.exit_code)) << doctor.out << doctor.err;
-  std::vector<Said> said;
-  const json::value findings = json::parse(doctor.out);
-  for (const json::value& one : findings.as_array()) {
-    const auto text = [&](const char* key) { return std::string{one.at(key).as_string()}; };
-    said.push_back({text("area"), text("level"), text("finding"), text("next")});
-  }
-  return said;
 }
 
 class TheDoctor : public testing::Test {

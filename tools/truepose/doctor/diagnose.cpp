@@ -42,7 +42,8 @@ Findings fault_findings(const json::value& status) {
   Findings findings;
   for (const json::value& fault : list_at(status, "/faults")) {
     const std::string code = string_at(fault, "/code"), text = string_at(fault, "/text");
-    if (text == string_at(status, "/stream/reason")) continue;
+    const bool frozen = code == "E_STREAM_FROZEN" && !string_at(status, "/stream/reason").empty();
+    if (frozen || text == string_at(status, "/stream/reason")) continue;
     const Level level = string_at(fault, "/severity") == "warning" ? Level::Warning : Level::Fault;
     findings.push_back(from_sentence(code == "E_TRACKER" ? "tracker" : "daemon", level, text));
   }
@@ -85,7 +86,9 @@ Findings daemon_findings(const std::string& file, const DaemonObservation& daemo
 
 Findings diagnose(const std::string& file, const config::CellConfig& cell, const Observations& seen) {
   Findings findings = check_findings(file, seen.check);
-  add(findings, daemon_findings(file, seen.daemon));
+  // A daemon cannot start where another program has its port.
+  const bool port_lost = seen.rsi.taken && !seen.rsi.not_bound.contains("trueposed");
+  if (!port_lost) add(findings, daemon_findings(file, seen.daemon));
   if (find_at(seen.daemon.status, "/stream")) add(findings, stream_findings(cell, seen.daemon.status));
   add(findings, rsi_findings(cell, seen));
   add(findings, robot_findings(cell, seen));

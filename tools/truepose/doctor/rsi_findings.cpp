@@ -26,13 +26,18 @@ std::string listed(const std::vector<std::string>& names) {
 /// The findings about one sender, beside what all of them need.
 class SenderFindings {
  public:
+  /// @param told_by_daemon  that packets of another sender are dropped
   SenderFindings(const config::CellConfig& cell, const std::optional<rsi::EthernetConfig>& ethernet,
-                 const RsiSender& sender)
-      : cell_{cell}, ethernet_{ethernet}, sender_{sender}, from_{text(sender.source)} {}
+                 const RsiSender& sender, bool told_by_daemon)
+      : cell_{cell},
+        ethernet_{ethernet},
+        sender_{sender},
+        told_by_daemon_{told_by_daemon},
+        from_{text(sender.source)} {}
 
   Findings all() {
     look_at_address();
-    if (!findings_.empty()) return findings_;  // what another sender sends is not the controller's
+    if (is_another_) return findings_;  // what it sends is not the controller's
     look_at_malformed();
     if (sender_.frames == 0) return findings_;
     look_at_names();
@@ -59,6 +64,8 @@ class SenderFindings {
   void look_at_address() {
     const auto peer = drivers::ipv4_of(cell_.robot.rsi_peer);
     if (!peer || *peer == sender_.source.address) return;
+    is_another_ = true;
+    if (told_by_daemon_) return;
     say(Level::Fault,
         "packets come from " + from_ + ", and the controller is expected at " + cell_.robot.rsi_peer +
             " (robot.rsi_peer): the daemon drops them",
@@ -140,6 +147,8 @@ class SenderFindings {
   const config::CellConfig& cell_;
   const std::optional<rsi::EthernetConfig>& ethernet_;
   const RsiSender& sender_;
+  bool told_by_daemon_;
+  bool is_another_ = false;  // than the controller
   std::string from_;
   Findings findings_;
 };
@@ -257,9 +266,15 @@ bool is_heard(const Observations& seen) {
 Findings rsi_findings(const config::CellConfig& cell, const Observations& seen) {
   if (!seen.rsi.not_bound.empty()) return {not_bound(seen)};
   if (!is_heard(seen)) return nothing_came(cell, seen);
+  const bool told_by_daemon = string_at(seen.daemon.status, "/stream/refused").contains("are dropped");
   Findings findings;
-  for (const RsiSender& sender : seen.rsi.senders)
-    std::ranges::move(SenderFindings{cell, seen.ethernet, sender}.all(), std::back_inserter(findings));
+  for (const RsiSender& sender : seen.rsi.senders) {
+    for (Finding& finding : SenderFindings{cell, seen.ethernet, sender, told_by_daemon}.all()) {
+      // Of the same packets a daemon that runs names the fault.
+      finding.may_follow |= seen.daemon.unreachable.empty();
+      findings.push_back(std::move(finding));
+    }
+  }
   return findings;
 }
 
