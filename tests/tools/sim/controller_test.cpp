@@ -371,7 +371,7 @@ TEST(Controller, IsJoggedUnderRsiOnceItsProgramIsStopped) {
   JointVector target = controller.axes();
   target[0] += 10 * kRadPerDeg;
   ASSERT_TRUE(controller.jog(target));
-  pass(1);
+  pass(20);
   EXPECT_LT(std::abs(controller.axes()[0] - target[0]), 10 * kRadPerDeg) << "it is on its way";
   EXPECT_GT(std::abs(controller.axes()[0] - target[0]), 9 * kRadPerDeg) << "and does not jump";
   pass(2000);
