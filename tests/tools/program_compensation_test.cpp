@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <regex>
 #include <sstream>
 
 #include "core/arm/forward.hpp"
@@ -137,7 +138,9 @@ TEST(ProgramCompensation, TheRealArmComesToWhereTheNominalOneWas) {
   for (const auto& [name, targets] : {std::pair{"gluing", 7}, {"handmade", 10}, {"splines", 8}}) {
     const Corrected corrected(krl_corpus::files(name));
     EXPECT_EQ(corrected.fault, "") << name;
-    EXPECT_EQ(corrected.done.changes.size(), corrected.done.points)
+    // SPTP_REL of axis 6 alone is right as it is: the arm is wrong by the same on both sides of it.
+    const std::size_t unchanged = std::string_view(name) == "splines" ? 1 : 0;
+    EXPECT_EQ(corrected.done.changes.size() + unchanged, corrected.done.points)
         << name << testing::PrintToString(corrected.left());
     EXPECT_EQ(expect_the_real_arm_where_the_nominal_one_was(corrected), targets) << name;
     for (const PointChange& change : corrected.done.changes) {
@@ -174,6 +177,8 @@ TEST(ProgramCompensation, NothingButNumbersChanges) {
     EXPECT_EQ(corrected.fault, "") << files.name;
     const auto bare = [](std::string text) {
       text = without_numbers(text);
+      // A relative motion may need components that it did not have.
+      text = std::regex_replace(text, std::regex{"Lin_Rel \\{[^}]*\\}"}, "Lin_Rel {}");
       std::erase(text, 'B');  // of a binary S or T that was written anew
       return text;
     };
@@ -189,7 +194,6 @@ TEST(ProgramCompensation, SaysWhatIsLeftAloneAndWhy) {
       corrected.left(),
       testing::UnorderedElementsAre(
           "XHOME is a home position of the cell", "XP2! is changed by the program",
-          "! the target is computed by the program",
           "! component X is missing: it keeps what the arm has then",
           "GRID[I]! is an element of an array or structure", "LOCAL_P! is computed by the program",
           "XP3! is handed to OFFSET_BY, which may change it", "XELSEWHERE! is declared in none of the files",
@@ -198,8 +202,8 @@ TEST(ProgramCompensation, SaysWhatIsLeftAloneAndWhy) {
           "XP6! BASE_DATA[3] is carried by an external axis",
           "XP1! is used before with another tool, base or configuration",
           "XFAR! the position is out of the arm's reach", "XP7 no motion goes to it"));
-  EXPECT_EQ(corrected.done.changes.size(), 1U);
-  EXPECT_EQ(corrected.done.changes[0].name, "XP4");
+  EXPECT_EQ(corrected.done.changes.size(), 2U);
+  EXPECT_EQ(corrected.done.changes[1].name, "XP4");
 }
 
 constexpr std::string_view kFrames = "DEF P()\nBAS(#TOOL,1)\nBAS(#BASE,2)\n";

@@ -254,19 +254,28 @@ class Compensator {
   /// As the program has it. @param q_before  where the arm comes from
   std::expected<JointVector, krl::Hindrance> nominal_joints_of_offset(
       const Step& step, const krl::Offset& offset, const std::optional<JointVector>& q_before) {
-    if (!q_before) return std::unexpected(krl::Hindrance{"nothing tells from where the arm comes", {}});
+    const std::optional<JointVector> near = near_of(offset, q_before);
+    if (!near) return std::unexpected(krl::Hindrance{"nothing tells from where the arm comes", {}});
     if (offset.kind == krl::Offset::Kind::Axes)
-      return JointVector(*q_before + joints_of(krl::numbers_of(offset)));
+      return JointVector(*near + joints_of(krl::numbers_of(offset)));
     if (step.fixed_tool)
       return std::unexpected(
           krl::Hindrance{"the arm carries the workpiece (IPO_FRAME #TCP), which is not supported", {}});
     if (auto why = uncertain(tool(step), true)) return std::unexpected(*why);
     if (auto why = uncertain(base(step), false)) return std::unexpected(*why);
     const auto point = point_pose(offset, false);
-    auto q = inverse_.solve(flange_of(step, krl::target_of(offset, tcp(step, *q_before), point)),
-                            std::nullopt, std::nullopt, *q_before);
+    auto q = inverse_.solve(flange_of(step, krl::target_of(offset, tcp(step, *near), point)), std::nullopt,
+                            std::nullopt, *near);
     if (!q) return std::unexpected(krl::Hindrance{std::move(q.error()), {}});
     return std::move(*q);
+  }
+
+  /// The branch is that of where the arm comes from, or of the point beside it.
+  std::optional<JointVector> near_of(const krl::Offset& offset,
+                                     const std::optional<JointVector>& q_before) const {
+    if (q_before || !offset.point) return q_before;
+    const PointState& state = states_[*offset.point];
+    return state.first ? std::optional(state.q) : std::nullopt;
   }
 
   /// Of the point that it is reckoned from, as the program has it or will have it.
@@ -327,10 +336,10 @@ class Compensator {
     const bool of_axes = offset.kind == krl::Offset::Kind::Axes;
     const Eigen::Isometry3d X =
         of_axes ? forward_kinematics(nominal_, *q)
-                : krl::target_of(offset, tcp(step, from->before), point_pose(offset, false));
+                : krl::target_of(offset, tcp(step, from ? from->before : *q), point_pose(offset, false));
     const auto result = correction(step, X, of_axes, *q, {});
     if (!result) return leave_it(result.error());
-    const std::array<double, 6> numbers = numbers_to(step, offset, from->after, *result);
+    const std::array<double, 6> numbers = numbers_to(step, offset, from ? from->after : *q, *result);
     if (add_offset_edits(offset, numbers))
       result_.changes.push_back({offset.spot, {}, result->mm, result->deg});
     return Place{*q, result->q};
