@@ -16,7 +16,7 @@ std::array<double, 6> numbers_of(const Offset& offset);
 
 /// The TCP's pose in the base that a motion leads to. Not of axes.
 /// @param from   the TCP's pose where the arm comes from; of Base and Tool
-/// @param point  of the point that it is reckoned from; of Behind and Before
+/// @param point  of the point that it is computed from; of Behind and Before
 Eigen::Isometry3d target_of(const Offset& offset, const Eigen::Isometry3d& from,
                             const Eigen::Isometry3d& point);
 

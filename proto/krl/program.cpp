@@ -206,7 +206,7 @@ std::expected<void, Fault> Reader::read_statement(Tokens statement) {
   return done;
 }
 
-/// LIN_REL and the like: corrected where the text tells from where the arm comes.
+/// LIN_REL and the like: corrected where the text shows from where the arm comes.
 std::expected<void, Fault> Reader::read_relative(Tokens statement, Spot spot) {
   const auto leave_it = [&] {
     leave(spot, {}, {std::string(statement[0].text) + " is relative to where the arm stands", {}}, false);
@@ -244,7 +244,7 @@ void Reader::add_offset(Spot spot) {
   knows_place_ = true;
 }
 
-/// `P:{..}` and `{..}:P`, where the text tells the point. @return whether it is one of these
+/// `P:{..}` and `{..}:P`, where the text has the point. @return whether it is one of these
 std::expected<bool, Fault> Reader::read_shifted(Tokens target, Spot spot) {
   const auto colon = std::ranges::find_if(target, [depth = 0](const Token& token) mutable {
     if (token.opens()) ++depth;

@@ -106,12 +106,16 @@ std::optional<std::size_t> Variables::find_element(Tokens element, Scope scope) 
   return found == elements_.end() ? std::nullopt : std::optional{found->second};
 }
 
+Variables::Reading Variables::reading_of(const SourceText& source, std::size_t file) {
+  return {.file = file,
+          .scope = {source.module},
+          .is_config = source.role == SourceText::Role::Config,
+          .is_program = source.role == SourceText::Role::Program};
+}
+
 std::expected<void, Fault> Variables::read_declarations(const SourceText& source, std::size_t file) {
   StatementReader reader(source.text);
-  Reading reading{.file = file,
-                  .scope = {source.module},
-                  .is_config = source.role == SourceText::Role::Config,
-                  .is_program = source.role == SourceText::Role::Program};
+  Reading reading = reading_of(source, file);
   while (true) {
     const auto statement = reader.next();
     if (!statement) return std::unexpected(statement.error());
@@ -126,10 +130,7 @@ std::expected<void, Fault> Variables::read_declarations(const SourceText& source
 
 std::expected<void, Fault> Variables::read_uses(const SourceText& source, std::size_t file) {
   StatementReader reader(source.text);
-  Reading reading{.file = file,
-                  .scope = {source.module},
-                  .is_config = source.role == SourceText::Role::Config,
-                  .is_program = source.role == SourceText::Role::Program};
+  Reading reading = reading_of(source, file);
   while (true) {
     const auto statement = reader.next();
     if (!statement) return std::unexpected(statement.error());

@@ -36,7 +36,7 @@ struct Variable {
   VariableType type = VariableType::Position;
   Spot declared;
   bool array = false;
-  bool is_element = false;  ///< of an array that is declared too
+  bool is_element = false;                                   ///< of an array that is declared too
   std::variant<std::monostate, Position, MotionData> value;  ///< none: none given, or not a whole one
   std::optional<Hindrance> hindrance;
 };
@@ -78,6 +78,7 @@ class Variables {
     bool is_config = false;
     bool is_program = false;
   };
+  static Reading reading_of(const SourceText& source, std::size_t file);
   std::expected<void, Fault> read_declaration(Tokens statement, const Reading& reading);
   std::expected<void, Fault> read_assignment(Tokens statement, const Reading& reading);
   void read_frame_write(Tokens variable, const Reading& reading);

@@ -1,4 +1,4 @@
-// The programs of tests/proto/krl_corpus are written in the styles that real cells have. The table beside
+// The programs of tests/proto/krl_corpus are written in the styles that real cells have. The table next to
 // them says what becomes of each: in the simulated controller, and by `truepose compensate --archive`.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -116,7 +116,7 @@ class ArchiveTest : public testing::TestWithParam<Row> {
   }
   static void TearDownTestSuite() { folder_.reset(); }
 
-  /// Of the program's own file, or of the data list beside it.
+  /// Of the program's own file, or of its data list.
   static bool is_of(const json::value& entry, const std::string& program) {
     const std::string stem = fs::path{entry.at("file").as_string().c_str()}.stem();
     return krl::in_capitals(stem) == krl::in_capitals(program);

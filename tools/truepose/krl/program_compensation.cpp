@@ -141,7 +141,7 @@ class Compensator {
     for (const Step& step : program_.steps) {
       if (const auto done = visit(step); !done) return std::unexpected(done.error());
     }
-    // Which positions change is known by now: what is reckoned from them follows.
+    // Which positions change is known by now: what is computed from them follows.
     correct_offsets();
     for (std::size_t i = 0; i < states_.size(); ++i) {
       const Point& point = program_.points[i];
@@ -249,13 +249,13 @@ class Compensator {
     return result;
   }
 
-  // ---- Motions to what is reckoned from a point, or from where the arm stands
+  // ---- Motions to what is computed from a point, or from where the arm stands
 
   /// As the program has it. @param q_before  where the arm comes from
   std::expected<JointVector, krl::Hindrance> nominal_joints_of_offset(
       const Step& step, const krl::Offset& offset, const std::optional<JointVector>& q_before) {
     const std::optional<JointVector> near = near_of(offset, q_before);
-    if (!near) return std::unexpected(krl::Hindrance{"nothing tells from where the arm comes", {}});
+    if (!near) return std::unexpected(krl::Hindrance{"where the arm comes from is not known", {}});
     if (offset.kind == krl::Offset::Kind::Axes)
       return JointVector(*near + joints_of(krl::numbers_of(offset)));
     if (step.fixed_tool)
@@ -270,7 +270,7 @@ class Compensator {
     return std::move(*q);
   }
 
-  /// The branch is that of where the arm comes from, or of the point beside it.
+  /// The branch is that of where the arm comes from, or of the point that it is computed from.
   std::optional<JointVector> near_of(const krl::Offset& offset,
                                      const std::optional<JointVector>& q_before) const {
     if (q_before || !offset.point) return q_before;
@@ -278,7 +278,7 @@ class Compensator {
     return state.first ? std::optional(state.q) : std::nullopt;
   }
 
-  /// Of the point that it is reckoned from, as the program has it or will have it.
+  /// Of the point that it is computed from, as the program has it or will have it.
   Eigen::Isometry3d point_pose(const krl::Offset& offset, bool is_after) const {
     if (!offset.point) return Eigen::Isometry3d::Identity();
     const auto& correction = states_[*offset.point].correction;
