@@ -330,10 +330,16 @@ struct RsiPart {
   Scenario& scenario;
 };
 
+void layout(auto& io, Is<SixDTarget> auto& x) {
+  io("orientation", x.R_FT, record::KukaAngles{});
+  io("std_deg", x.sigma_rad, Degrees{}, Range{1e-6, 5});
+}
+
 void layout(auto& io, ReflectorPart& x) {
   io("offset_mm", x.scenario.p_FS_mm, kPoint);
   io.optional("facing", x.scenario.facing_F, Direction{});
   io.optional("acceptance_deg", x.scenario.acceptance_deg, Range{1, 180});
+  io.optional("target_6d", x.scenario.target_6d);
 }
 
 void layout(auto& io, Is<TrueReflector> auto& x) {

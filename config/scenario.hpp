@@ -82,6 +82,12 @@ struct ScenarioFault {
   }
 };
 
+/// A target whose orientation the tracker measures too (T-Mac, STS).
+struct SixDTarget {
+  Eigen::Matrix3d R_FT = Eigen::Matrix3d::Identity();  ///< of its axes in the flange frame
+  double sigma_rad = 0;  ///< standard deviation of a rotation about each axis, as measured and as reported
+};
+
 /// What the simulated cell really is, and how it misbehaves. mm and rad inside, deg in the file.
 struct Scenario {
   RobotModel nominal;         ///< what the controller believes
@@ -94,6 +100,7 @@ struct Scenario {
   Eigen::Vector3d p_FS_mm{0, 0, 0};
   Eigen::Vector3d facing_F{0, 0, 1};
   double acceptance_deg = 30;
+  std::optional<SixDTarget> target_6d;            ///< that the reflector is part of; a bridge reports it
   std::vector<TrueReflector> further_reflectors;  ///< on the same flange
   /// What hides a reflector from the tracker: the arm's body and its tool, that count from link 1. Empty:
   /// nothing.

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "core/formatted.hpp"
+#include "core/math/units.hpp"
 
 namespace truepose::drivers {
 
@@ -17,6 +18,16 @@ struct Plausible {
 
 constexpr const char* kWeather = "check its weather station, or the weather that was entered";
 constexpr const char* kSpread = "measure again; if it stays, start the tracker anew";
+
+std::optional<std::string> implausible(const MeasuredOrientation& orientation) {
+  constexpr double kLargest_deg = 5;  // no 6-D target is worse than 0.1 deg
+  const double sigma_deg = orientation.sigma_rad * kDegPerRad;
+  if (sigma_deg > 0 && sigma_deg <= kLargest_deg) return std::nullopt;
+  return formatted(
+      "the tracker gives the target's orientation a standard deviation of %.6g deg, plausible are more than 0 "
+      "and at most %g deg: check the bridge",
+      sigma_deg, kLargest_deg);
+}
 
 }  // namespace
 
@@ -37,6 +48,7 @@ std::optional<std::string> implausible(const SmrPoint& point) {
   if (point.std_mm.isZero(0))
     return "the tracker says a spread of its readings of exactly 0 mm, which no tracker has: " +
            std::string(kSpread);
+  if (point.orientation) return implausible(*point.orientation);
   return std::nullopt;
 }
 

@@ -4,8 +4,10 @@
 #include <array>
 #include <boost/asio/awaitable.hpp>
 #include <expected>
+#include <optional>
 #include <string>
 
+#include "core/identify/measurement.hpp"
 #include "drivers/clock.hpp"
 
 namespace truepose::drivers {
@@ -48,6 +50,7 @@ struct TrackerIdentity {
 struct SmrPoint {
   Eigen::Vector3d p_WS_mm{0, 0, 0};
   Eigen::Vector3d std_mm{0, 0, 0};  ///< spread of the averaged readings; large = the arm had not settled
+  std::optional<MeasuredOrientation> orientation;  ///< of a 6-D target
   double temperature_c = 0;
   double pressure_mbar = 0;
   double humidity_percent = 0;

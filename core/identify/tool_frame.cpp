@@ -101,7 +101,7 @@ void take_turn(MeasuredFrame& frame, const ToolTurn& turn, const Eigen::MatrixXd
 /// @param too_alike_then  what comes of orientations that are, and what to do
 std::string why_not_told(const FrameReadings& data, const RobotModel& robot, const std::string& name,
                          const std::string& measured, const std::string& too_alike_then) {
-  constexpr std::size_t kFewest = 4;  // of which one alone slips unseen
+  constexpr std::size_t kFewest = kFewestOrientations;
   std::vector<Eigen::Matrix3d> turns;
   for (const FrameReading& reading : data.readings) {
     if (data.points[reading.point].name == name)

@@ -38,6 +38,10 @@ std::expected<MeasuredFrame, std::string> tool_frame(
     const FrameReadings& data, const MeasuringCell& by,
     const Eigen::Matrix3d& R_else = Eigen::Matrix3d::Identity());
 
+/// Fewest orientations of the arm by which a point of the flange is found without a 6-D target: of fewer, one
+/// wrong reading is not detected.
+inline constexpr int kFewestOrientations = 4;
+
 /// The arm with its flange so moved that a tool which the controller takes to be at X_told on it is where it
 /// truly is, at X_FT: compensation then puts that tool where the nominal arm would have the controller's.
 RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT, const Eigen::Isometry3d& X_told);

@@ -13,6 +13,11 @@ bool is_turned(const FrameReadings& data) {
                              [](const FrameReading& reading) { return reading.orientation.has_value(); });
 }
 
+FrameReadings without_orientations(FrameReadings data) {
+  for (FrameReading& reading : data.readings) reading.orientation.reset();
+  return data;
+}
+
 std::expected<ToolTurn, std::string> tool_turn(const FrameReadings& data, const MeasuringCell& by) {
   std::vector<Measurement> points;
   std::vector<double> share;  // of the mean

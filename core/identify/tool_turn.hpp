@@ -23,6 +23,9 @@ struct ToolTurn {
 /// Whether readings have orientations.
 bool is_turned(const FrameReadings& data);
 
+/// The same readings as of a plain reflector.
+FrameReadings without_orientations(FrameReadings data);
+
 /// The weighted mean of what each reading says.
 ///
 /// @param data  readings that each have joints and an orientation

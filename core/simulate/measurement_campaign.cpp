@@ -58,8 +58,7 @@ SimulatedCampaign measure_campaign(const TrueArmSetup& arm, std::span<const Join
       point.p_WS_mm += length_mm * normal_vector(fault).normalized();
     }
     if (options.turn_noise_rad > 0)
-      point.orientation = {rotation_by(options.turn_noise_rad * normal_vector(turning)) * repeating.R_WT(q),
-                           options.turn_noise_rad};
+      point.orientation = noisy_orientation(repeating.R_WT(q), options.turn_noise_rad, turning);
     if (options.record_directions) point.direction = repeating.directions();
     campaign.p_true_mm.push_back(exact.p_WS_mm(q));
     campaign.data.points.push_back(std::move(point));

@@ -1,7 +1,8 @@
 #include "core/simulate/tracker_instrument.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
+
+#include "core/math/angles.hpp"
 
 namespace truepose {
 namespace {
@@ -55,12 +56,16 @@ Eigen::Vector3d TrackerWarming::seen(const Eigen::Vector3d& p_W_mm, std::chrono:
                vertical + left * vertical_rad);
 }
 
-Eigen::Vector3d TripodDrift::moved(const Eigen::Vector3d& p_W_mm, std::chrono::duration<double> age) const {
+Eigen::Isometry3d TripodDrift::motion(std::chrono::duration<double> age) const {
   const double hours = std::chrono::duration<double, std::ratio<3600>>{age}.count();
-  const Eigen::Vector3d turn_rad = hours * rad_per_hour;
-  const Eigen::Vector3d shift_mm = hours * mm_per_hour;
-  if (turn_rad.isZero(0)) return p_W_mm + shift_mm;
-  return Eigen::AngleAxisd{turn_rad.norm(), turn_rad.normalized()} * p_W_mm + shift_mm;
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = rotation_by(hours * rad_per_hour);
+  X.translation() = hours * mm_per_hour;
+  return X;
+}
+
+Eigen::Vector3d TripodDrift::moved(const Eigen::Vector3d& p_W_mm, std::chrono::duration<double> age) const {
+  return motion(age) * p_W_mm;
 }
 
 }  // namespace truepose

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <chrono>
 #include <optional>
 #include <vector>
@@ -39,6 +40,8 @@ struct TripodDrift {
   Eigen::Vector3d rad_per_hour{0, 0, 0};  ///< about the axes of the tracker
   bool operator==(const TripodDrift&) const = default;
 
+  /// By which all that it sees has moved so long after it was set up.
+  Eigen::Isometry3d motion(std::chrono::duration<double> age) const;
   /// Where a point is seen that stood at p_W_mm when it was set up.
   Eigen::Vector3d moved(const Eigen::Vector3d& p_W_mm, std::chrono::duration<double> age) const;
 };

@@ -119,6 +119,12 @@ Eigen::Vector3d noisy_reading(const Eigen::Vector3d& p_true_mm, const TrackerNoi
   return p_true_mm + e_range_mm * along + e_across_mm * across + e_third_mm * along.cross(across);
 }
 
+MeasuredOrientation noisy_orientation(const Eigen::Matrix3d& R_true, double sigma_rad, Random& random) {
+  Eigen::Vector3d rotation_rad;
+  for (double& about_axis : rotation_rad) about_axis = sigma_rad * random.normal();
+  return {rotation_by(rotation_rad) * R_true, sigma_rad};
+}
+
 namespace {
 
 // By so much (rad, mm) the joints of two poses may differ that were meant to be the same.

@@ -67,6 +67,10 @@ NonGeometricErrors heavy_arm_errors(const HeavyArmOptions& options);
 Eigen::Vector3d noisy_reading(const Eigen::Vector3d& p_true_mm, const TrackerNoiseModel& model,
                               Random& random);
 
+/// One reading of the orientation of a 6-D target.
+/// @param sigma_rad  of a rotation about each axis
+MeasuredOrientation noisy_orientation(const Eigen::Matrix3d& R_true, double sigma_rad, Random& random);
+
 /// A further reflector on the flange. mm, rad.
 struct TrueReflector {
   Eigen::Vector3d p_FS_mm{0, 0, 0};

@@ -17,7 +17,7 @@ void layout(auto& io, record::Is<ToolOrder> auto& x) {
   io("points", x.points);
   io("together", x.together);
   io.optional("facing", x.facing_F, record::Xyz{});
-  io("orientation", x.R_else, record::KukaAngles{});
+  io.optional("orientation", x.R_given, record::KukaAngles{});
   io("poses", x.poses, record::kNumber);
   io.optional("reach", x.reach_F_mm, record::kPoint);
 }

@@ -143,7 +143,7 @@ boost::json::array interruptions_json(const std::vector<Resumption>& resumptions
 StoredPoint seen_at_first(StoredPoint point, const std::vector<Resumption>& resumptions) {
   if (point.p_WS_mm && point.resumption > 0 &&
       static_cast<std::size_t>(point.resumption) <= resumptions.size())
-    point.p_WS_mm = resumptions[static_cast<std::size_t>(point.resumption) - 1].X_first_now * *point.p_WS_mm;
+    point.transform(resumptions[static_cast<std::size_t>(point.resumption) - 1].X_first_now);
   return point;
 }
 

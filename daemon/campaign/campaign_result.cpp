@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/identify/tool_turn.hpp"
+
 namespace truepose::daemon {
 namespace {
 
@@ -34,6 +36,7 @@ MeasurementData measurement_data(const std::vector<StoredPoint>& points, const s
     measurement.direction = point.direction;
     measurement.smr = static_cast<int>(std::ranges::find(data.smr_names, point.smr) - data.smr_names.begin());
     measurement.p_WS_mm = *point.p_WS_mm;
+    measurement.orientation = point.orientation;
     measurement.set = point.purpose == PointPurpose::Identify ? PoseSet::Identify : PoseSet::Validate;
     measurement.time = point.time;
     measurement.pose = point.pose;
@@ -56,8 +59,12 @@ FrameReadings frame_readings(const std::vector<StoredPoint>& points,
     data.readings.push_back({.point = static_cast<std::size_t>(of - data.points.begin()),
                              .q = point.q_actual,
                              .p_WS_mm = point.p_WS_mm,
+                             .orientation = point.orientation,
                              .row = static_cast<int>(data.readings.size()) + 1});
   }
+  // A 6-D target that is put from point to point is a reflector there: the points give the orientation.
+  if (data.points.size() > 1 || (!data.points.empty() && data.points.front().p_mm))
+    return without_orientations(std::move(data));
   return data;
 }
 
@@ -66,7 +73,7 @@ FrameReadings readings_of_base(const std::vector<StoredPoint>& points,
   FrameReadings data = frame_readings(points, std::move(points_of_frame));
   for (FrameReading& reading : data.readings)
     if (reading.p_WS_mm) reading.q.resize(0);
-  return data;
+  return without_orientations(std::move(data));
 }
 
 std::vector<Measurement> numbered_points(const std::vector<StoredPoint>& points) {

@@ -71,8 +71,9 @@ struct ToolOrder {
   /// Reflectors sit at all points; else one is put from each to the next by hand.
   bool together = false;
   std::optional<Eigen::Vector3d> facing_F;  ///< direction of their openings; none: of the cell's reflector
-  Eigen::Matrix3d R_else = Eigen::Matrix3d::Identity();  ///< orientation, where the TCP alone is measured
-  int poses = 10;                                        ///< in which each point is measured
+  /// Orientation, in place of a 6-D target's; none: that, or the flange's where the TCP alone is measured.
+  std::optional<Eigen::Matrix3d> R_given{};
+  int poses = 10;  ///< in which each point is measured
   std::optional<Eigen::Vector3d>
       reach_F_mm;       ///< where the TCP is known to be, roughly: so far the tool reaches
   std::string assumed;  ///< where the points were taken to be, and why, as a sentence

@@ -132,7 +132,7 @@ std::set<int> move_to_start(const std::vector<Check>& checks, const StandHistory
       left_out.insert(point.pose);
       continue;
     }
-    if (places[i]) point.p_WS_mm = history.to_start(places[i]->check, places[i]->share) * *point.p_WS_mm;
+    if (places[i]) point.transform(history.to_start(places[i]->check, places[i]->share));
     moved.push_back(std::move(point));
   }
   points = std::move(moved);

@@ -27,6 +27,7 @@ CampaignError fatal(const DeviceError& error) {
 StoredPoint stored_point(const drivers::SmrPoint& measured) {
   StoredPoint point;
   point.p_WS_mm = measured.p_WS_mm;
+  point.orientation = measured.orientation;
   point.std_mm = measured.std_mm;
   point.temperature_c = measured.temperature_c;
   point.pressure_mbar = measured.pressure_mbar;

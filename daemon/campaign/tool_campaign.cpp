@@ -6,6 +6,7 @@
 #include "core/arm/forward.hpp"
 #include "core/formatted.hpp"
 #include "core/identify/tool_frame.hpp"
+#include "core/identify/tool_turn.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/nest_watch.hpp"
 
@@ -27,6 +28,7 @@ class ToolCampaign final : public CampaignProcedure {
   bool by_hand() const { return !order_.together && order_.points.size() > 1; }
   CampaignOutcome<void> plan();
   std::expected<void, CampaignError> judge_orientations() const;
+  std::expected<void, CampaignError> judge_target();
   CampaignOutcome<void> put_reflector_at(std::size_t point);
   CampaignOutcome<void> measure();
   CampaignOutcome<void> learn_place();
@@ -78,7 +80,7 @@ CampaignOutcome<void> ToolCampaign::plan() {
   poses.resize(std::min(poses.size(), static_cast<std::size_t>(order_.poses)));
   for (const JointVector& q : poses)
     targets_.push_back(session_.new_target(PointPurpose::Frame, q, Replacement::Near));
-  done = judge_orientations();
+  if (order_.poses >= kFewestOrientations) done = judge_orientations();
   if (done) done = co_await session_.keep_plan(targets_);
   co_return done;
 }
@@ -119,7 +121,8 @@ CampaignOutcome<void> ToolCampaign::put_reflector_at(std::size_t point) {
 
 CampaignOutcome<void> ToolCampaign::measure() {
   const auto after_each = [this]() -> CampaignOutcome<void> {
-    Done done = co_await learn_place();
+    Done done = judge_target();
+    if (done) done = co_await learn_place();
     if (done) done = co_await nests_.after_pose();
     co_return done;
   };
@@ -127,6 +130,18 @@ CampaignOutcome<void> ToolCampaign::measure() {
   if (!measured) co_return std::unexpected(measured.error());
   targets_ = *std::move(measured);
   co_return Done{};
+}
+
+/// Few poses are enough for a 6-D target alone.
+std::expected<void, CampaignError> ToolCampaign::judge_target() {
+  const bool is_6d = std::ranges::all_of(
+      session_.corrected().points, [](const StoredPoint& point) { return point.orientation.has_value(); });
+  if (order_.poses >= kFewestOrientations || is_6d) return {};
+  return std::unexpected(
+      CampaignError{CampaignFault::Planning,
+                    formatted("tool %d: %d of at least %d poses are enough for a 6-D target alone, and the "
+                              "tracker reported no orientation: start it with more poses, better ten",
+                              order_.number, order_.poses, kFewestOrientations)});
 }
 
 /// Of each point the mean of where the readings so far have it in the flange frame; none without.
@@ -174,15 +189,21 @@ CampaignOutcome<void> ToolCampaign::learn_place() {
 FrameReadings ToolCampaign::readings() {
   std::vector<FramePoint> points;
   for (const ToolPoint& point : order_.points) points.push_back(point.point);
-  return frame_readings(session_.corrected().points, std::move(points));
+  FrameReadings data = frame_readings(session_.corrected().points, std::move(points));
+  return order_.R_given ? without_orientations(std::move(data)) : data;
 }
 
 CampaignOutcome<void> ToolCampaign::evaluate() {
   session_.enter(CampaignPhase::Compute);
   ToolResult result{.order = order_, .data = readings()};
-  if (const std::string why = why_not_told(result.data, session_.config().robot.model); !why.empty())
-    co_return std::unexpected(CampaignError{CampaignFault::Calibration, why});
-  auto job = [&result, this] { return tool_frame(result.data, order_.by, order_.R_else); };
+  const bool needs_spread = order_.poses >= kFewestOrientations && !is_turned(result.data);
+  const std::string why =
+      needs_spread ? why_not_told(result.data, session_.config().robot.model) : std::string{};
+  if (!why.empty()) co_return std::unexpected(CampaignError{CampaignFault::Calibration, why});
+  const Eigen::Matrix3d flange = Eigen::Matrix3d::Identity();
+  auto job = [&result, &flange, this] {
+    return tool_frame(result.data, order_.by, order_.R_given.value_or(flange));
+  };
   auto frame = co_await session_.compute(job);
   if (!frame) co_return std::unexpected(CampaignError{CampaignFault::Calibration, frame.error()});
   result.frame = *std::move(frame);

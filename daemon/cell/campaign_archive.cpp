@@ -69,11 +69,15 @@ json::object campaign_json(const CampaignRecord& record) {
 }
 
 json::object seen_json(const StoredPoint& point) {
-  return {{"pose", point.pose},
-          {"purpose", purpose_name(point.purpose)},
-          {"smr", point.smr},
-          {"p_mm", point.p_WS_mm ? vector_json(*point.p_WS_mm) : json::value{}},
-          {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}}};
+  json::object seen{{"pose", point.pose},
+                    {"purpose", purpose_name(point.purpose)},
+                    {"smr", point.smr},
+                    {"p_mm", point.p_WS_mm ? vector_json(*point.p_WS_mm) : json::value{}},
+                    {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}}};
+  if (!point.orientation) return seen;
+  seen["abc_deg"] = vector_json(kuka_abc_deg(point.orientation->R_WT));
+  seen["std_abc_deg"] = point.orientation->sigma_rad * kDegPerRad;
+  return seen;
 }
 
 namespace {

@@ -26,7 +26,8 @@ struct StoredCampaign {
 /// @return nothing where there is none
 StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id);
 /// Which point it is and what the tracker saw of it, as answers and events have it: {"pose","purpose","smr",
-/// "p_mm","std_mm"}, the last two null where it saw nothing.
+/// "p_mm","std_mm"}, the last two null where it saw nothing; of a 6-D target "abc_deg" (KUKA's angles) and
+/// "std_abc_deg", the standard deviation of a rotation about each axis.
 boost::json::object seen_json(const StoredPoint& point);
 /// A row of campaign.list.
 boost::json::object campaign_json(const CampaignRecord& record);

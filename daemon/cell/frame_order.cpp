@@ -78,7 +78,7 @@ ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& confi
   const auto known = read.rows("known", 3, config::kMostReflectors);
   const auto facing = read.rows("facing", 3, 1), orientation = read.rows("orientation", 3, 1);
   order.together = read.boolean("together").value_or(false);
-  order.poses = static_cast<int>(read.integer("poses_per_point", 4, 100).value_or(order.poses));
+  order.poses = static_cast<int>(read.integer("poses_per_point", 1, 100).value_or(order.poses));
   if (names.empty() || names.size() > config::kMostReflectors)
     read.fail("points", "expected 1 to " + std::to_string(config::kMostReflectors));
   if (at && at->size() != names.size()) read.fail("at", "expected a row for each of the points");
@@ -102,9 +102,11 @@ ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& confi
         assumed.p_F_mm.z(), assumed.by_what.c_str());
   if (facing && vector_of(facing->front()).norm() < 1e-6) read.fail("facing", "a direction of no length");
   if (facing) order.facing_F = vector_of(facing->front()).normalized();
-  if (orientation) order.R_else = pose_from_kuka({0, 0, 0}, vector_of(orientation->front())).linear();
+  if (orientation) order.R_given = pose_from_kuka({0, 0, 0}, vector_of(orientation->front())).linear();
+  const Eigen::Matrix3d flange = Eigen::Matrix3d::Identity();
   if (!order.points.empty())
-    if (const std::string why = why_no_frame(framed(order.points), order.R_else); !why.empty())
+    if (const std::string why = why_no_frame(framed(order.points), order.R_given.value_or(flange));
+        !why.empty())
       read.fail("points", why);
   return order;
 }

@@ -9,6 +9,7 @@
 
 #include "core/named.hpp"
 #include "daemon/recorder/record_forms.hpp"
+#include "proto/record/forms.hpp"
 
 namespace truepose {
 
@@ -49,9 +50,19 @@ void layout(auto& io, record::Is<TrackerIdentity> auto& x) {
   io("firmware", x.firmware);
 }
 
+}  // namespace drivers
+
+void layout(auto& io, record::Is<MeasuredOrientation> auto& x) {
+  io("R_WT", x.R_WT, record::KukaAngles{});
+  io("sigma_rad", x.sigma_rad);
+}
+
+namespace drivers {
+
 void layout(auto& io, record::Is<SmrPoint> auto& x) {
   io("p_WS_mm", x.p_WS_mm);
   io("std_mm", x.std_mm);
+  io.optional("orientation", x.orientation);
   io("temperature_c", x.temperature_c);
   io("pressure_mbar", x.pressure_mbar);
   io("humidity_percent", x.humidity_percent);

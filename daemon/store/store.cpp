@@ -33,11 +33,34 @@ std::optional<std::vector<int>> whole_numbers(std::string_view text) {
   return std::vector<int>(numbers->begin(), numbers->end());
 }
 
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+bool finite(const std::optional<MeasuredOrientation>& orientation) {
+  return !orientation || (orientation->R_WT.allFinite() && std::isfinite(orientation->sigma_rad));
+}
+
 bool finite(const StoredPoint& point) {
   return point.q_target.allFinite() && point.q_commanded.allFinite() && point.q_actual.allFinite() &&
-         (!point.p_WS_mm || point.p_WS_mm->allFinite()) && point.std_mm.allFinite() &&
-         std::isfinite(point.temperature_c) && std::isfinite(point.pressure_mbar) &&
-         std::isfinite(point.humidity_percent);
+         (!point.p_WS_mm || point.p_WS_mm->allFinite()) && finite(point.orientation) &&
+         point.std_mm.allFinite() && std::isfinite(point.temperature_c) &&
+         std::isfinite(point.pressure_mbar) && std::isfinite(point.humidity_percent);
+}
+
+constexpr std::size_t kOfRotation = 9;
+
+/// The numbers of an orientation, exactly: R_WT row by row, then sigma_rad.
+std::array<double, kOfRotation + 1> orientation_numbers(const MeasuredOrientation& orientation) {
+  std::array<double, kOfRotation + 1> numbers{};
+  Eigen::Map<RowMajor3>{numbers.data()} = orientation.R_WT;
+  numbers.back() = orientation.sigma_rad;
+  return numbers;
+}
+
+/// Nothing of a text that is none.
+std::optional<MeasuredOrientation> orientation_of(std::string_view text) {
+  const auto numbers = numbers_of(text);
+  if (!numbers || numbers->size() != kOfRotation + 1) return std::nullopt;
+  return MeasuredOrientation{Eigen::Map<const RowMajor3>{numbers->data()}, numbers->back()};
 }
 
 /// Of a campaign, as campaign_of() takes them; without its document, which may be long.
@@ -297,7 +320,7 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
   Statement insert = impl_->database->prepare(
       "INSERT INTO point (campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, "
       "y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, "
-      "resumption) SELECT ?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,? WHERE NOT EXISTS (SELECT 1 FROM point WHERE "
+      "resumption, orientation) SELECT ?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,? WHERE NOT EXISTS (SELECT 1 FROM point WHERE "
       "campaign_id=?1 AND pose=?2 AND purpose=?3 AND q_actual=?6 AND smr=?8 AND x_mm IS ?9 AND time=?18)");
   insert.bind(campaign_id).bind(stored_pose(p.pose)).bind(purpose_name(p.purpose));
   insert.bind(list_text(p.q_target))
@@ -310,6 +333,10 @@ StoreResult<void> Store::add_point(const std::string& campaign_id, const StoredP
                                   p.std_mm.z(), p.temperature_c, p.pressure_mbar, p.humidity_percent})
     insert.bind(p.p_WS_mm ? std::optional{of_tracker} : std::nullopt);
   insert.bind(p.time).bind(std::int64_t{p.resumption});
+  if (p.orientation)
+    insert.bind(list_text(orientation_numbers(*p.orientation)));
+  else
+    insert.bind(std::optional<double>{});
   return impl_->commit(operation, {&insert});
 }
 
@@ -405,8 +432,8 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
 StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& campaign_id) {
   Statement query = database->prepare(
       "SELECT pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm, y_mm, z_mm, std_x_mm, "
-      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, resumption FROM point WHERE "
-      "campaign_id=? ORDER BY number");
+      "std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, resumption, orientation FROM "
+      "point WHERE campaign_id=? ORDER BY number");
   query.bind(campaign_id);
   std::vector<StoredPoint> points;
   for (;;) {
@@ -425,6 +452,13 @@ StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& c
           StoreError{"reading campaign " + campaign_id + ": a point has no purpose that is known"});
     std::optional<Eigen::Vector3d> seen_mm;
     if (!query.is_null(7)) seen_mm = Eigen::Vector3d(query.number(7), query.number(8), query.number(9));
+    std::optional<MeasuredOrientation> orientation;
+    if (!query.is_null(18)) {
+      orientation = orientation_of(query.text(18));
+      if (!orientation)
+        return std::unexpected(
+            StoreError{"reading campaign " + campaign_id + ": the orientation of a point is none"});
+    }
     points.push_back({.pose = pose_number(query.integer(0)),
                       .purpose = *purpose,
                       .q_target = *target,
@@ -433,6 +467,7 @@ StoreResult<std::vector<StoredPoint>> Store::Impl::measured(const std::string& c
                       .direction = {direction->begin(), direction->end()},
                       .smr = query.text(6),
                       .p_WS_mm = seen_mm,
+                      .orientation = orientation,
                       .std_mm = {query.number(10), query.number(11), query.number(12)},
                       .temperature_c = query.number(13),
                       .pressure_mbar = query.number(14),

@@ -61,10 +61,17 @@ struct StoredPoint {
   std::string smr;                         ///< the reflector, or the point that it was put to
   std::optional<Eigen::Vector3d> p_WS_mm;  ///< as the tracker read it; none: the arm's TCP touched the point
   // Of the tracker's reading.
+  std::optional<MeasuredOrientation> orientation;  ///< of a 6-D target
   Eigen::Vector3d std_mm{0, 0, 0};
   double temperature_c = 0, pressure_mbar = 0, humidity_percent = 0;
   std::string time;    ///< RFC 3339
   int resumption = 0;  ///< measured after so many interruptions of the campaign
+
+  /// What the tracker read, in another frame of it.
+  void transform(const Eigen::Isometry3d& X) {
+    p_WS_mm = X * *p_WS_mm;
+    if (orientation) orientation->R_WT = X.linear() * orientation->R_WT;
+  }
 };
 
 /// Lets these poses validate, and identify the others that were measured to either.

@@ -256,6 +256,11 @@ CREATE TABLE audit_head (
 ) STRICT;
 )sql";
 
+// Points of 6-D targets have an orientation: R_WT row by row, then its standard deviation (rad).
+constexpr const char* kSchema14 = R"sql(
+ALTER TABLE point ADD COLUMN orientation TEXT CHECK (orientation IS NULL OR json_valid(orientation));
+)sql";
+
 }  // namespace
 
 StoreResult<int> known_version(sqlite::Database& database, const std::string& file) {
@@ -295,6 +300,7 @@ StoreResult<void> migrate(sqlite::Database& database, const std::string& file) {
   if (*version < 11) steps += kSchema11;
   if (*version < 12) steps += kSchema12;
   if (*version < 13) steps += kSchema13;
+  if (*version < 14) steps += kSchema14;
   return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
 }
 

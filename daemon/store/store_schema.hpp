@@ -8,7 +8,7 @@
 namespace truepose::daemon {
 
 /// Of the tables that this program reads and writes.
-inline constexpr std::int64_t kSchemaVersion = 13;
+inline constexpr std::int64_t kSchemaVersion = 14;
 
 /// The version of the schema, 0 of a database in which nothing is yet. Error: not a database of ours, or of a
 /// newer truepose.

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/math/units.hpp"
 #include "drivers/bridge/bridge_connection.hpp"
 #include "drivers/initialise_again.hpp"
 #include "drivers/plausible_point.hpp"
@@ -43,14 +44,6 @@ std::optional<TrackerError> contradiction(const bridge::Measured& result, std::c
   return std::nullopt;
 }
 
-SmrPoint point_of(const bridge::Measured& result) {
-  return {.p_WS_mm = result.p_W_mm,
-          .std_mm = result.deviations_mm(),
-          .temperature_c = result.air.temperature_c,
-          .pressure_mbar = result.air.pressure_mbar,
-          .humidity_percent = result.air.humidity_percent};
-}
-
 /// "A, B"
 std::string listed(const std::vector<std::string>& names) {
   std::string text;
@@ -59,6 +52,18 @@ std::string listed(const std::vector<std::string>& names) {
 }
 
 }  // namespace
+
+SmrPoint point_of(const bridge::Measured& result) {
+  SmrPoint point{.p_WS_mm = result.p_W_mm,
+                 .std_mm = result.deviations_mm(),
+                 .orientation = std::nullopt,
+                 .temperature_c = result.air.temperature_c,
+                 .pressure_mbar = result.air.pressure_mbar,
+                 .humidity_percent = result.air.humidity_percent};
+  if (const auto& turned = result.orientation)
+    point.orientation = {turned->rotation(), turned->std_deg * kRadPerDeg};
+  return point;
+}
 
 /// The dialogue with one bridge, without deadlines.
 class BridgeTracker::Session final : public TrackerDialogue {

@@ -12,6 +12,7 @@
 #include "drivers/byte_stream.hpp"
 #include "drivers/timed_tracker.hpp"
 #include "drivers/wire_tap.hpp"
+#include "proto/bridge/messages.hpp"
 
 namespace truepose::drivers {
 
@@ -31,6 +32,8 @@ struct BridgeOptions {
   MakeStream stream = tcp_stream;
   std::optional<TrackerMemory> memory{};  ///< that it goes on from; none: it is new
 };
+
+SmrPoint point_of(const bridge::Measured& result);
 
 /// A tracker of any make behind a bridge (proto/bridge/README.md).
 ///

@@ -37,7 +37,8 @@ struct MockCellOptions {
   RobotModel nominal;  ///< what the controller believes
   TrueArmSetup truth;  ///< how the arm, its base and its reflector really are
   TrackerNoiseModel noise;
-  TrackerInstrument instrument;  ///< of which the air plays no part
+  double orientation_sigma_rad = 0;  ///< of the first reflector, a 6-D target; 0: a plain one
+  TrackerInstrument instrument;      ///< of which the air plays no part
   JointVector q_start;
   std::string robot_model = "#KR210R2700_2 C4 FLR";
   MockFaults faults;
@@ -71,6 +72,12 @@ class MockCell {
   /// What the tracker makes of a point, in face 1 or 2.
   Eigen::Vector3d reading_mm(const Eigen::Vector3d& p_mm, int face, const TrackerNoiseModel& noise) {
     return noisy_reading(options_.instrument.aiming.seen(p_mm, face), noise, random_);
+  }
+  /// The same of the first reflector's orientation; nothing where that is a plain one.
+  std::optional<MeasuredOrientation> orientation() {
+    const double sigma_rad = options_.orientation_sigma_rad;
+    if (sigma_rad <= 0) return std::nullopt;
+    return noisy_orientation(arm_.R_WT(q()), sigma_rad, random_);
   }
   /// Somebody ran into the tracker: from now on everything is elsewhere for it.
   void bump_tracker(const Eigen::Vector3d& by_mm) { bumped_mm_ += by_mm; }

@@ -67,6 +67,7 @@ asio::awaitable<std::expected<SmrPoint, TrackerError>> MockTracker::measure(Time
   const Eigen::Vector3d p_mm = nest_ ? cell_.nest_mm(*nest_) : cell_.p_WS_mm(reflector_);
   point.p_WS_mm = cell_.reading_mm(p_mm, face_, noise) + locked_offset_mm_;
   point.std_mm.setConstant(noise.range_mm);
+  if (!nest_ && reflector_ == 0) point.orientation = cell_.orientation();
   point.temperature_c = 20;
   point.pressure_mbar = 1013;
   point.humidity_percent = 50;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/formatted.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::bridge {
@@ -75,6 +76,13 @@ std::string covariance_fault(const Eigen::Matrix<double, 6, 1>& c) {
   const bool is_one = xx >= 0 && yy >= 0 && zz >= 0 && at_most(xy, xx * yy) && at_most(xz, xx * zz) &&
                       at_most(yz, yy * zz) && determinant >= -kRounding * xx * yy * zz;
   return is_one ? "" : "is the covariance of nothing: expected xx, xy, xz, yy, yz, zz";
+}
+
+std::string orientation_fault(const Orientation& o) {
+  constexpr double kRounding = 1e-4;  // of a bridge that writes five digits
+  const double norm = std::sqrt(o.w * o.w + o.x * o.x + o.y * o.y + o.z * o.z);
+  if (std::abs(norm - 1) <= kRounding) return {};
+  return formatted("is no unit quaternion: the length of w, x, y, z is %.4f", norm);
 }
 
 ErrorCode Refusal::meaning() const { return find(kErrorCodes, code).value_or(ErrorCode::Failed); }

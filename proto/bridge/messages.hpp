@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <boost/json/object.hpp>
 #include <chrono>
@@ -109,12 +110,22 @@ struct DoAim {
   std::chrono::milliseconds timeout{10'000};  ///< of the search
 };
 
+/// How a 6-D target (T-Mac, STS, a camera's marker) is turned: a unit quaternion that takes its axes to the
+/// tracker's.
+struct Orientation {
+  double w = 1, x = 0, y = 0, z = 0;
+  double std_deg = 0;  ///< standard deviation of a rotation about each axis
+
+  Eigen::Matrix3d rotation() const { return Eigen::Quaterniond{w, x, y, z}.normalized().toRotationMatrix(); }
+};
+
 /// One stationary measurement.
 struct Measured {
   Eigen::Vector3d p_W_mm{0, 0, 0};
   /// Of the measurement; one of the two.
   std::optional<Eigen::Vector3d> std_mm;
   std::optional<Eigen::Matrix<double, 6, 1>> covariance_mm2;  ///< xx, xy, xz, yy, yz, zz
+  std::optional<Orientation> orientation;                     ///< of a 6-D target
   std::chrono::milliseconds averaged{0};                      ///< over so much time
   std::chrono::milliseconds age{0};                           ///< since it ended
   Air air;                                                    ///< by which its distance was corrected
@@ -283,10 +294,23 @@ void layout(auto& io, Is<DoAim> auto& x) {
   io("timeout_ms", x.timeout, kMs);
 }
 void layout(auto& io, Is<DoMeasure> auto& x) { io("time_ms", x.time, kMs); }
+void layout(auto& io, Is<Orientation> auto& x) {
+  io("w", x.w);
+  io("x", x.x);
+  io("y", x.y);
+  io("z", x.z);
+  io("std_deg", x.std_deg, record::kNotNegative);
+}
+/// What is wrong with a unit quaternion, one phrase; empty: nothing.
+std::string orientation_fault(const Orientation& orientation);
+void check(const auto& io, const Orientation& x) {
+  if (const std::string fault = orientation_fault(x); !fault.empty()) io.place().fail(fault);
+}
 void layout(auto& io, Is<Measured> auto& x) {
   record::layout_xyz(io, x.p_W_mm, kReach);
   io.optional("std_mm", x.std_mm, record::Xyz{record::kNotNegative});
   io.optional("covariance_mm2", x.covariance_mm2);
+  io.optional("orientation", x.orientation);
   io("averaged_ms", x.averaged, kMs);
   io("age_ms", x.age, kMs);
   layout_air(io, x.air);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
 
@@ -66,6 +67,31 @@ TEST_F(CampaignTest, LooksWhereTheReflectorIsOnceTheFirstPosesHaveShownIt) {
       EXPECT_LT(observer.deviations_mm[i], 25) << i;
     }
   }
+}
+
+TEST_F(CampaignTest, IdentifiesByTheOrientationsOfA6DTargetToo) {
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  const Calibration by_positions = (***outcome).as<CalibrationResult>().calibration;
+  EXPECT_FALSE(by_positions.mountings.front()) << "a plain reflector has no orientation";
+  truth.orientation_sigma_rad = 5e-5;
+  truth.truth.R_FT = rotation_zyx(0.3, -0.2, 1.1);
+  start();
+  ASSERT_TRUE(go_on());
+  ASSERT_TRUE(*outcome) << outcome->error().detail;
+  const Calibration& by_poses = (***outcome).as<CalibrationResult>().calibration;
+  ASSERT_THAT(by_poses.mountings, testing::SizeIs(1));
+  ASSERT_TRUE(by_poses.mountings.front());
+  // The zero of the last joint and the mounting are not separable: how the target stands at a pose is.
+  const JointVector& q = journal.points.front().q_actual;
+  const auto stands = [&](const Eigen::Isometry3d& X_WB, const RobotModel& arm, const Eigen::Matrix3d& R_FT) {
+    return Eigen::Matrix3d(X_WB.linear() * forward_kinematics(arm, q).linear() * R_FT);
+  };
+  EXPECT_LT(angle_between(
+                stands(by_poses.cell.base.isometry(), by_poses.cell.robot, by_poses.mountings.front()->R_FT),
+                stands(truth.truth.X_WB, truth.truth.robot, truth.truth.R_FT)),
+            10 * by_poses.mountings.front()->sigma_rad);
 }
 
 /// Takes its time to write, and looks at the arm meanwhile.

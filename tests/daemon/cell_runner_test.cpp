@@ -121,7 +121,8 @@ TEST_F(CellRunnerTest, EndsAStateThatHasLastedTooLongAtThatMoment) {
   pass(1ms);
   EXPECT_EQ(runner.name(), "fault");
   EXPECT_TRUE(runner.faulted_in_stream());
-  EXPECT_THAT(runner.reason(), testing::StartsWith("no RSI packet could be answered: no datagram came; then"));
+  EXPECT_THAT(runner.reason(),
+              testing::StartsWith("no RSI packet could be answered: no datagram came; then"));
   EXPECT_THAT(done, ElementsAre("stop stream", "close devices"));
 }
 

@@ -151,8 +151,10 @@ TEST_F(HaltedCampaignTest, PausesForPosesThatAreLostInARowForWhateverReason) {
   ASSERT_TRUE(*outcome) << outcome->error().detail;
   EXPECT_THAT(journal.skipped, SizeIs(2));
   ASSERT_THAT(observer.pauses, SizeIs(1));
-  EXPECT_THAT(observer.pauses[0],
-              AllOf(HasSubstr("3 poses in a row"), HasSubstr("the tracker is busy; close the other program that uses the tracker, then resume")));
+  EXPECT_THAT(
+      observer.pauses[0],
+      AllOf(HasSubstr("3 poses in a row"),
+            HasSubstr("the tracker is busy; close the other program that uses the tracker, then resume")));
 }
 
 TEST_F(HaltedCampaignTest, OnePoseThatHidesTheReflectorDoesNotStopTheCampaign) {

@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
+#include <span>
+
+#include "core/math/angles.hpp"
 
 namespace truepose::daemon {
 namespace {
@@ -34,6 +38,22 @@ TEST(MeanReading, HasTheMeanOfTheAir) {
   EXPECT_DOUBLE_EQ(mean.temperature_c, 22);
   EXPECT_DOUBLE_EQ(mean.pressure_mbar, 1002);
   EXPECT_DOUBLE_EQ(mean.humidity_percent, 50);
+}
+
+TEST(MeanReading, TurnsAsTheMeanOfItsOrientations) {
+  const Eigen::Matrix3d R_WT = rotation_zyx(2.1, -0.4, 0.9);
+  const auto turned = [&](double x, double y) {
+    return MeasuredOrientation{rotation_by({x, y, 0}) * R_WT, 2e-4};
+  };
+  std::array<drivers::SmrPoint, 4> readings;
+  readings[0].orientation = turned(1e-4, 0);
+  readings[1].orientation = turned(-1e-4, 3e-4);
+  readings[2].orientation = turned(0, -3e-4);
+  const auto mean = mean_reading(readings).orientation;  // the fourth has none
+  ASSERT_TRUE(mean);
+  EXPECT_LT(angle_between(mean->R_WT, R_WT), 1e-7);
+  EXPECT_NEAR(mean->sigma_rad, 2e-4 / std::sqrt(3), 1e-15);
+  EXPECT_FALSE(mean_reading(std::span{readings}.last(1)).orientation);
 }
 
 TEST(MeanReading, OfOneIsThatOne) {

@@ -9,9 +9,10 @@
 
 namespace truepose {
 
-/// Makes a store's file what it was when the schema had this version, 2 to 12.
+/// Makes a store's file what it was when the schema had this version, 2 to 13.
 inline void make_older(const std::filesystem::path& file, int version) {
   static const std::vector<std::pair<int, std::vector<const char*>>> kAdded{
+      {14, {"ALTER TABLE point DROP COLUMN orientation"}},
       {13, {"DROP TABLE audit_head"}},
       {12, {"ALTER TABLE campaign DROP COLUMN document_sha256"}},
       {11,

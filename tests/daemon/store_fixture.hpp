@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "core/math/angles.hpp"
 #include "daemon/store/store.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -75,6 +76,7 @@ class StoreTest : public testing::Test {
     p.direction = {1, -1, 0, 1, 1, -1};
     p.smr = "1";
     p.p_WS_mm = Eigen::Vector3d(1234.5678901234567, -0.1, 1e-17);
+    if (pose % 2 == 1) p.orientation = {rotation_zyx(0.1 * pose, -1.0 / 3, 2.0 / 3), 1e-4 / 3};
     p.std_mm = {0.001, 0.002, 0.003};
     p.temperature_c = 21.5;
     p.pressure_mbar = 1013.25;
@@ -92,6 +94,11 @@ class StoreTest : public testing::Test {
     EXPECT_EQ(actual.direction, expected.direction);
     EXPECT_EQ(actual.smr, expected.smr);
     EXPECT_EQ(actual.p_WS_mm, expected.p_WS_mm);
+    ASSERT_EQ(actual.orientation.has_value(), expected.orientation.has_value());
+    if (expected.orientation) {
+      EXPECT_EQ(actual.orientation->R_WT, expected.orientation->R_WT);
+      EXPECT_EQ(actual.orientation->sigma_rad, expected.orientation->sigma_rad);
+    }
     EXPECT_EQ(actual.std_mm, expected.std_mm);
     EXPECT_EQ(actual.temperature_c, expected.temperature_c);
     EXPECT_EQ(actual.pressure_mbar, expected.pressure_mbar);

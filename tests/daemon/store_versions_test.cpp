@@ -27,12 +27,12 @@ TEST_F(StoreVersionsTest, LeavesAFileOfANewerVersionAlone) {
   open();
   execute("PRAGMA user_version=99");
   EXPECT_THAT(why_not_opened(file_), HasSubstr("newer truepose"));
-  execute("PRAGMA user_version=13");
+  execute("PRAGMA user_version=14");
   EXPECT_EQ(why_not_opened(file_), "");
 }
 
 TEST_F(StoreVersionsTest, BringsAFileOfBeforeCampaignsCouldGoOnUpToDate) {
-  for (const int version : {12, 11, 10, 9, 8, 7, 6}) {
+  for (const int version : {13, 12, 11, 10, 9, 8, 7, 6}) {
     SCOPED_TRACE(version);
     std::filesystem::remove(file_);
     {
@@ -40,7 +40,7 @@ TEST_F(StoreVersionsTest, BringsAFileOfBeforeCampaignsCouldGoOnUpToDate) {
       CampaignRecord record = campaign("c1");
       if (version > 6) record.started_by = "Anna";
       ASSERT_TRUE(store.begin_campaign(record));
-      ASSERT_TRUE(store.add_point("c1", point(1)));
+      ASSERT_TRUE(store.add_point("c1", point(0)));
       StoredPoint nest = point(2);
       nest.purpose = PointPurpose::Nest;
       ASSERT_TRUE(store.add_point("c1", nest));
@@ -49,7 +49,7 @@ TEST_F(StoreVersionsTest, BringsAFileOfBeforeCampaignsCouldGoOnUpToDate) {
     Store store = open();
     EXPECT_EQ(store.campaign("c1").value()->state, "running");
     EXPECT_EQ(store.campaign("c1").value()->started_by, version > 6 ? "Anna" : "");
-    expect_equal(store.points("c1").value().at(0), point(1));
+    expect_equal(store.points("c1").value().at(0), point(0));
     EXPECT_EQ(store.points("c1").value().at(1).purpose, PointPurpose::Nest);
     EXPECT_EQ(store.plans().interrupt_running("2026-08-17T11:00:00Z").value(), 1);
     EXPECT_EQ(store.campaign("c1").value()->state, "failed") << "of which nobody knows the plan";

@@ -140,7 +140,7 @@ TEST_F(AProductionProgram, GoesOnCorrectedBehindAnEmergencyStopAndADaemonThatWas
   wait_until("ended");
   const json::value rsi = cell->simulated().at("rsi");
   EXPECT_LE(number(rsi, "/max_step_deg"), kMaxStep_deg);
-  EXPECT_EQ(number(rsi, "/correction_deg"), 0) << "ramped out before RSI was closed";
+  EXPECT_EQ(number(rsi, "/correction_at_end_deg"), 0) << "ramped out before RSI was closed";
   EXPECT_EQ(rsi.at("sessions"), 1);
   const std::vector<Point> all = points();
   int judged = 0;

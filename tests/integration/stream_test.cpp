@@ -155,7 +155,7 @@ TEST_F(AStreamUnderWay, SurvivesItsLogAndRampsOutWhenItsTerminalIsClosed) {
   cell.daemon().send(SIGHUP);
   EXPECT_EQ(cell.daemon().wait(), 0) << cell.daemon().errors();
   const json::value end = cell.end_simulator().at("rsi");
-  EXPECT_EQ(number(end, "/correction_deg"), 0) << "a correction was left in force";
+  EXPECT_EQ(number(end, "/correction_at_end_deg"), 0) << "a correction was left in force";
   EXPECT_LE(number(end, "/max_step_deg"), kMaxStep_deg);
 }
 
@@ -166,7 +166,7 @@ TEST_F(AStreamOverTheRealProtocols, IsStoppedByTheClientWithoutAStepAndCanBeStar
     const json::value rsi = cell.simulated().at("rsi");
     EXPECT_EQ(rsi.at("sessions"), session);
     EXPECT_EQ(rsi.at("timeouts"), 0);
-    EXPECT_EQ(number(rsi, "/correction_deg"), 0);
+    EXPECT_EQ(number(rsi, "/correction_at_end_deg"), 0);
     EXPECT_LE(number(rsi, "/max_step_deg"), kMaxStep_deg);
   }
 }

@@ -8,6 +8,7 @@
 //
 //     measure    needs a tracker with a profile of its own time (CustomStationaryMeasurementProfile), else it is not-offered
 //     std_mm     Precision of a coordinate; no public source says of how many standard deviations it is
+//     orientation  of a probe (T-Mac): Value0 is taken for w, its Precision for deg about each axis; no public source says either
 //     locked     no target is selected, or the status is NotReady: an AT40x keeps its last target selected
 //     events     beam-lost and beam-found; the SDK's warm-up state (AT40x) is not read
 using System;
@@ -29,6 +30,8 @@ class LmfTracker : ITracker {
   public LmfTracker(string address) {
     tracker = new Connection().Connect(address);
     tracker.Settings.CoordinateType = ECoordinateType.Cartesian;
+    tracker.Settings.RotationType = ERotationType.Quaternion;
+    tracker.Settings.Units.AngleUnit = EAngleUnit.Degree;
     tracker.Settings.Units.LengthUnit = ELengthUnit.Millimeter;
     tracker.Settings.Units.TemperatureUnit = ETemperatureUnit.Celsius;
     tracker.Settings.Units.PressureUnit = EPressureUnit.mBar;
@@ -106,9 +109,15 @@ class LmfTracker : ITracker {
     if (point == null) throw new Refused("failed", "the tracker measured no stationary point: " + measured.GetType().Name);
     var at = point.Position;
     var std = new Json { { "x", at.Coordinate1.Precision }, { "y", at.Coordinate2.Precision }, { "z", at.Coordinate3.Precision } };
-    return new Json { { "x", at.Coordinate1.Value }, { "y", at.Coordinate2.Value }, { "z", at.Coordinate3.Value }, { "std_mm", std },
-                      { "averaged_ms", timeMs }, { "age_ms", 0 }, { "temperature_c", measured.Temperature.Value },
-                      { "pressure_mbar", measured.Pressure.Value }, { "humidity_percent", measured.Humidity.Value } };
+    var answer = new Json { { "x", at.Coordinate1.Value }, { "y", at.Coordinate2.Value }, { "z", at.Coordinate3.Value }, { "std_mm", std },
+                            { "averaged_ms", timeMs }, { "age_ms", 0 }, { "temperature_c", measured.Temperature.Value },
+                            { "pressure_mbar", measured.Pressure.Value }, { "humidity_percent", measured.Humidity.Value } };
+    var pose = measured as StationaryMeasurement6D;
+    if (pose == null) return answer;
+    var turned = pose.Rotation;
+    answer["orientation"] = new Json { { "w", turned.Value0.Value }, { "x", turned.Value1.Value }, { "y", turned.Value2.Value },
+                                       { "z", turned.Value3.Value }, { "std_deg", turned.Precision.Value } };
+    return answer;
   }
 
   public void Interrupt() {

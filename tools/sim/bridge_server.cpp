@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/math/units.hpp"
 #include "proto/bridge/messages.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "tools/sim/simulated_tracker.hpp"
@@ -226,11 +227,19 @@ class BridgeTracker final : public SimulatedTracker {
     const Measured result{.p_W_mm = mean.p_mm,
                           .std_mm = mean.std_mm.cwiseMax(0),
                           .covariance_mm2 = {},
+                          .orientation = self->orientation(),
                           .averaged = time,
                           .air = self->air()};
     self->answer(self->end(), result);
   }
 
+  std::optional<Orientation> orientation() const {
+    if (!options_.orientation_noise) return std::nullopt;
+    const auto measured = beam_.orientation(options_.orientation_noise);
+    if (!measured) return std::nullopt;
+    const Eigen::Quaterniond turned{measured->R_WT};
+    return Orientation{turned.w(), turned.x(), turned.y(), turned.z(), measured->sigma_rad * kDegPerRad};
+  }
   /// By which it corrects distances.
   Air air() const { return told_.value_or(beam_.disturbance().station_air()); }
 

@@ -126,7 +126,8 @@ struct RsiCounters {
   std::uint64_t clamped = 0;     ///< cycles in which AXISCORR clamped an axis
   double max_step_rad =
       0;  ///< greatest change of an axis' correction (AXISCORR) in force from one cycle to the next
-  double correction_rad = 0;  ///< greatest correction of an axis that is in force now, or was at the end
+  double correction_rad =
+      0;  ///< greatest correction of an axis that is in effect, or was at the end of the session
 };
 
 /// The signal flow of a simulated controller and the drives behind it, one cycle at a time. No I/O and no

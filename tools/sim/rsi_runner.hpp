@@ -52,6 +52,7 @@ struct RsiStatistics {
   RsiCounters counters;
   SecondSenders second_senders;
   TurnaroundHistogram turnaround;
+  double correction_in_effect_rad = 0;  ///< greatest of an axis; 0 while RSI is off
   std::uint64_t sessions = 0;
   std::uint64_t timeouts = 0;  ///< sessions that ended with KSS29002
   std::uint64_t overruns = 0;  ///< ticks that the simulator itself missed

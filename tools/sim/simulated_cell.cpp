@@ -24,7 +24,7 @@ namespace {
 using FaultKind = config::ScenarioFault::Kind;
 
 /// Streams of random numbers that must not share a seed.
-constexpr std::uint64_t kNoiseStream = 0x6e6f697365u;
+constexpr std::uint64_t kNoiseStream = 0x6e6f697365u, kOrientationStream = 0x7475726eu;
 
 /// The controller's channels that truepose uses.
 const std::string kCellLink = "CellLink", kCellState = "CellState";
@@ -43,7 +43,8 @@ TrueArmSetup arm_setup(const config::Scenario& scenario) {
           .facing_F = scenario.facing_F,
           .acceptance_rad = scenario.acceptance_deg * kRadPerDeg,
           .repeatability_mm = scenario.repeatability_mm,
-          .further = scenario.further_reflectors};
+          .further = scenario.further_reflectors,
+          .R_FT = scenario.target_6d.value_or(config::SixDTarget{}).R_FT};
 }
 
 /// What the tracker could see of the arm's reflectors for the arm's body.
@@ -82,6 +83,7 @@ bool is_of_rsi(const config::ScenarioFault& fault) {
 
 std::unique_ptr<TrackerServer> listening_tracker(const boost::asio::any_io_executor& executor,
                                                  const SimulatedTarget& target, TrackerNoise noise,
+                                                 OrientationNoise orientation_noise,
                                                  std::function<void(std::uint64_t)> before_point,
                                                  const config::Scenario& scenario, const CellOptions& cell) {
   TrackerServerOptions options;
@@ -90,6 +92,7 @@ std::unique_ptr<TrackerServer> listening_tracker(const boost::asio::any_io_execu
   options.speedup = cell.speedup;
   options.power_lock = scenario.power_lock;
   options.instrument = scenario.instrument;
+  options.orientation_noise = std::move(orientation_noise);
   options.before_point = std::move(before_point);
   try {
     if (cell.bridge_port)
@@ -98,6 +101,15 @@ std::unique_ptr<TrackerServer> listening_tracker(const boost::asio::any_io_execu
   } catch (const boost::system::system_error& e) {
     throw PortError{"tracker", cell.bridge_port.value_or(cell.tracker_port), e.code()};
   }
+}
+
+/// Empty where the scenario has no 6-D target.
+OrientationNoise orientation_noise(const config::Scenario& scenario, std::uint64_t seed) {
+  if (!scenario.target_6d) return {};
+  const double sigma_rad = scenario.target_6d->sigma_rad;
+  return [sigma_rad, random = Random{seed ^ kOrientationStream}](const Eigen::Matrix3d& R_true) mutable {
+    return noisy_orientation(R_true, sigma_rad, random);
+  };
 }
 
 ControllerSetup listening_controller(const config::Scenario& scenario, std::function<void()> on_news,
@@ -145,7 +157,8 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
            *this},
       tracker_{listening_tracker(
           executor, *this, [this](const Eigen::Vector3d& p_true_mm) { return measured(p_true_mm); },
-          [this](std::uint64_t number) { point_begins(number); }, scenario_, options_)} {
+          orientation_noise(scenario_, options_.seed), [this](std::uint64_t number) { point_begins(number); },
+          scenario_, options_)} {
   if (const auto reason = unsendable(ethernet_)) throw std::invalid_argument{*reason};
   for (const config::ScenarioFault& fault : scenario_.faults) {
     if (fault.unit == config::ScenarioFault::Unit::Milliseconds)
@@ -173,7 +186,9 @@ SimulatedCell::Ports SimulatedCell::ports() const {
 CellStatistics SimulatedCell::statistics() const {
   CellStatistics statistics{
       .rsi = ended_sessions_, .moves = controller_.moves(), .measurements = tracker_->measurements()};
-  if (rsi_) statistics.rsi.add(rsi_->statistics());
+  if (!rsi_) return statistics;
+  statistics.rsi.add(rsi_->statistics());
+  statistics.rsi.correction_in_effect_rad = statistics.rsi.counters.correction_rad;
   return statistics;
 }
 
@@ -208,6 +223,7 @@ TargetSight SimulatedCell::look() const {
     if (!hidden && arm_.visible(arm.q, k)) p_mm = arm_.p_WS_mm(arm.q, k);
     if (k == 0) {
       sight.p_WS_mm = p_mm;
+      sight.R_WT = arm_.R_WT(arm.q);
     } else {
       sight.others_mm.push_back(p_mm);
     }

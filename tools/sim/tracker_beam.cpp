@@ -126,4 +126,9 @@ Eigen::Vector3d TrackerBeam::reading(double index) const {
   return read_mm + disturbance_.bias_mm + std::sqrt(double{kReadings}) * noise_mm;
 }
 
+std::optional<MeasuredOrientation> TrackerBeam::orientation(const OrientationNoise& noise) const {
+  if (locked_ != Reflector{0}) return std::nullopt;
+  return noise(instrument_.stand.motion(age()).linear() * target_.look().R_WT);
+}
+
 }  // namespace truepose::sim

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/identify/measurement.hpp"
 #include "core/simulate/tracker_instrument.hpp"
 
 namespace truepose::sim {
@@ -22,6 +23,7 @@ struct TargetSight {
   bool moving = false;                                      ///< the arm is not standing still
   std::chrono::steady_clock::time_point stamp;              ///< the moment this is true for
   std::vector<std::optional<Eigen::Vector3d>> others_mm{};  ///< the same of its further SMRs
+  Eigen::Matrix3d R_WT = Eigen::Matrix3d::Identity();       ///< of the first, where it is a 6-D target
 };
 
 /// The SMRs that the simulated arm carries. Asked from the tracker's executor; must not block.
@@ -34,6 +36,9 @@ class SimulatedTarget {
 /// One measured point of a target that truly stands at `p_true_mm`: its scatter is that of the whole
 /// measurement, not of the single readings that it averages. mm, tracker frame.
 using TrackerNoise = std::function<Eigen::Vector3d(const Eigen::Vector3d& p_true_mm)>;
+
+/// One measured orientation of a 6-D target whose axes truly stand so in the tracker's frame.
+using OrientationNoise = std::function<MeasuredOrientation(const Eigen::Matrix3d& R_true)>;
 
 /// In what a tracker is wrong, or says wrong things.
 struct TrackerDisturbance {
@@ -111,6 +116,8 @@ class TrackerBeam {
   /// One reading of where it points, for the mean of kReadings.
   /// @param index  refraction by which the distance is corrected
   Eigen::Vector3d reading(double index) const;
+  /// The same of its orientation; nothing where it is not that of the arm's first reflector.
+  std::optional<MeasuredOrientation> orientation(const OrientationNoise& noise) const;
 
  private:
   /// One of those on the arm, from 0, then those in nests of the cell; the stray one; the one in its own

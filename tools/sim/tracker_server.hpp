@@ -17,6 +17,7 @@ struct TrackerServerOptions {
   double speedup = 1;       ///< initialising, driving, searching and measuring take this much less time
   bool power_lock = false;  ///< locks by itself to a reflector that it sees
   TrackerInstrument instrument;
+  OrientationNoise orientation_noise{};  ///< of a 6-D target; empty: the arm carries a plain reflector
   /// Called with the number of each point, from 1, before it is measured.
   std::function<void(std::uint64_t number)> before_point = [](std::uint64_t) {};
 };

@@ -93,6 +93,7 @@ TEST_F(BridgeTrackerTest, AimsMeasuresAndTurnsOver) {
   EXPECT_EQ(std::get<bridge::DoMeasure>(fake.requests.back()).time, 5s);
   EXPECT_EQ(point->std_mm, Eigen::Vector3d(0.005, 0.006, 0.007));
   EXPECT_EQ(point->pressure_mbar, 1000);
+  EXPECT_FALSE(point->orientation);
   ASSERT_TRUE(run(tracker.turn_over(in(40s))));
   EXPECT_EQ(fake.status.face, 2);
   ASSERT_TRUE(run(tracker.turn_over(in(40s))));
@@ -159,6 +160,21 @@ TEST_F(BridgeTrackerTest, MakesAFaultOfEveryRefusal) {
   fake.unscript("measure");
   expect_point();
   EXPECT_EQ(fake.connections, 1) << "none of them costs the connection";
+}
+
+TEST_F(BridgeTrackerTest, TakesTheOrientationOfA6DTarget) {
+  ASSERT_TRUE(connect());
+  fake.result.orientation = {.w = 0.6, .x = 0, .y = 0, .z = 0.8, .std_deg = 0.02};
+  const auto point = measure();
+  ASSERT_TRUE(point) << point.error().detail;
+  ASSERT_TRUE(point->orientation);
+  EXPECT_DOUBLE_EQ(point->orientation->sigma_rad, 0.02 * kRadPerDeg);
+  EXPECT_NEAR(point->orientation->R_WT(0, 0), 0.36 - 0.64, 1e-12);
+  EXPECT_NEAR(point->orientation->R_WT(1, 0), 2 * 0.6 * 0.8, 1e-12);
+  fake.result.orientation->std_deg = 0;
+  expect_fault(measure(), TrackerFault::Refused, "a standard deviation of 0 deg");
+  fake.result.orientation->std_deg = 6;
+  expect_fault(measure(), TrackerFault::Refused, "6 deg, plausible are more than 0 and at most 5 deg");
 }
 
 TEST_F(BridgeTrackerTest, NeverTakesAPointThatIsOldShortOrImpossible) {

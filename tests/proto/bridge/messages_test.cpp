@@ -160,6 +160,24 @@ TEST(BridgeMessages, RefuseAPointWithoutASpreadOrWithAnImpossibleOne) {
   EXPECT_FALSE(measured(R"(, "covariance_mm2": [1, 0.9, -0.9, 1, 0.9, 1])")) << "not positive";
 }
 
+TEST(BridgeMessages, SayHowA6DTargetIsTurned) {
+  const std::string spread = R"(, "std_mm": {"x": 0.01, "y": 0.02, "z": 0.03})";
+  // Half a turn about z, and a quarter of one about the new x.
+  const auto turned =
+      measured(spread + R"(, "orientation": {"w": 0, "x": 0, "y": 0.70711, "z": 0.70711, "std_deg": 0.01})");
+  ASSERT_TRUE(turned) << turned.error();
+  ASSERT_TRUE(turned->orientation);
+  EXPECT_DOUBLE_EQ(turned->orientation->std_deg, 0.01);
+  Eigen::Matrix3d R_WT;
+  R_WT << -1, 0, 0, 0, 0, 1, 0, 1, 0;
+  EXPECT_TRUE(turned->orientation->rotation().isApprox(R_WT, 1e-12));
+  EXPECT_FALSE(measured(spread)->orientation);
+  const std::string half = R"(, "orientation": {"w": 0.5, "x": 0, "y": 0, "z": 0, "std_deg": 0.01})";
+  EXPECT_THAT(measured(spread + half).error(), HasSubstr("the length of w, x, y, z is 0.5"));
+  EXPECT_FALSE(measured(spread + R"(, "orientation": {"w": 1, "x": 0, "y": 0, "z": 0})"));
+  EXPECT_FALSE(measured(spread + R"(, "orientation": {"w": 1, "x": 0, "y": 0, "z": 0, "std_deg": -1})"));
+}
+
 TEST(BridgeMessages, TakeACodeAndAnEventOfANewerBridgeForWhatIsKnown) {
   const auto refused = decode_from_bridge(R"({"id": 1, "ok": false, "code": "on-fire", "text": "oh"})");
   ASSERT_TRUE(refused);

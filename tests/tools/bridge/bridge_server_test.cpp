@@ -7,6 +7,7 @@
 #include <boost/asio/io_context.hpp>
 #include <random>
 
+#include "core/math/angles.hpp"
 #include "drivers/bridge/bridge_tracker.hpp"
 #include "tools/truepose/bridge/conformance.hpp"
 
@@ -23,8 +24,11 @@ constexpr double kSigma_mm = 0.01;
 
 class StandingTarget final : public SimulatedTarget {
  public:
-  TargetSight look() const override { return {p_WS_mm, false, std::chrono::steady_clock::now()}; }
+  TargetSight look() const override {
+    return {.p_WS_mm = p_WS_mm, .stamp = std::chrono::steady_clock::now(), .R_WT = R_WT};
+  }
   std::optional<Eigen::Vector3d> p_WS_mm = Eigen::Vector3d{2500, 1200, -300};
+  Eigen::Matrix3d R_WT = Eigen::Matrix3d::Identity();
 };
 
 class SimulatedBridge : public testing::Test {
@@ -103,6 +107,28 @@ TEST_F(SimulatedBridge, IsConnectedAimedMeasuredAndTurnedOver) {
   const auto missed = aim();
   ASSERT_FALSE(missed);
   EXPECT_EQ(missed.error().fault, TrackerFault::NoTarget) << missed.error().detail;
+}
+
+TEST_F(SimulatedBridge, TurnsA6DTargetAsItStands) {
+  target.R_WT = rotation_zyx(0.7, -0.3, 2.5);
+  BridgeServer of_probe{io.get_executor(),
+                        target,
+                        [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm); },
+                        {.speedup = 20,
+                         .instrument = {.nests_mm = {{1500, -900, -600}}},
+                         .orientation_noise = [](const Eigen::Matrix3d& R_true) {
+                           return MeasuredOrientation{R_true, 1e-4};
+                         }}};
+  drivers::BridgeTracker of_it{io.get_executor(), clock, {.host = "127.0.0.1", .port = of_probe.port()}};
+  ASSERT_TRUE(run(of_it.connect(soon())));
+  ASSERT_TRUE(run(of_it.aim(aim_mm, 50, soon())));
+  const auto probe = run(of_it.measure(soon()));
+  ASSERT_TRUE(probe) << probe.error().detail;
+  ASSERT_TRUE(probe->orientation);
+  EXPECT_LT(angle_between(probe->orientation->R_WT, target.R_WT), 1e-9);
+  EXPECT_NEAR(probe->orientation->sigma_rad, 1e-4, 1e-15);
+  ASSERT_TRUE(run(of_it.aim({1500, -900, -600}, 50, soon())));
+  EXPECT_FALSE(run(of_it.measure(soon())).value().orientation) << "a nest holds a plain reflector";
 }
 
 TEST_F(SimulatedBridge, EndsAMeasurementWhereTheBeamIsBroken) {

@@ -7,6 +7,7 @@ Each keeps every promise that `truepose bridge-check` tries, ends a measurement 
 30 + 30 poses, whose residual is printed.
 """
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -71,8 +72,8 @@ class Bridges(unittest.TestCase):
             self.assertEqual(made.returncode, 0, made.stdout + made.stderr)
         return ["mono", program, "127.0.0.1:0", "Simulator"]
 
-    def cell(self, bridge, speedup):
-        return self.enterContext(LiveCell(BIN, SOURCE, bridge=bridge, nests=NEST, speedup=speedup))
+    def cell(self, bridge, speedup, target_6d=""):
+        return self.enterContext(LiveCell(BIN, SOURCE, bridge=bridge, nests=NEST, speedup=speedup, target_6d=target_6d))
 
     def expect_all_promises(self, bridge, not_offered):
         cell = self.cell(bridge, speedup=20)
@@ -104,8 +105,8 @@ class Bridges(unittest.TestCase):
         self.assertIn("beam-lost", [line.get("event") for line in said])
         self.assertEqual(client.answer(client.ask("measure", time_ms=500))[-1]["code"], "no-target")
 
-    def expect_campaign(self, name, bridge):
-        cell = self.cell(bridge, speedup=100)
+    def expect_campaign(self, name, bridge, target_6d=""):
+        cell = self.cell(bridge, 100, target_6d)
         code, out, err = cell.truepose("campaign", "start", "--watch")
         self.assertEqual(code, 0, out + err)
         found = cell.folder / "found.json"
@@ -117,6 +118,7 @@ class Bridges(unittest.TestCase):
         self.assertEqual((document["identify"]["poses"], document["validate"]["poses"]), (30, 30))
         self.assertGreater(before, 5)
         self.assertLess(after, 0.05)  # as over emScon, from the same simulated arm
+        return cell, document
 
     def test_the_one_for_spatial_analyzer_keeps_its_promises(self):
         self.expect_all_promises(self.spatial_analyzer(), ["SA's interface has no call that turns a tracker over"])
@@ -129,6 +131,16 @@ class Bridges(unittest.TestCase):
 
     def test_the_one_for_lmf_carries_a_campaign(self):
         self.expect_campaign("LMF", self.lmf())
+
+    def test_the_one_for_lmf_carries_the_orientations_of_a_probe(self):
+        cell, document = self.expect_campaign("LMF, probe", self.lmf(), "{orientation: {a: 20, b: -35, c: 70}, std_deg: 0.005}")
+        mounted = document["targets"][0]
+        for angle, wanted in (("rz", 20), ("ry", -35), ("rx", 70)):
+            self.assertAlmostEqual(math.degrees(mounted[angle]), wanted, delta=0.5)  # with the error of the last joint's zero
+        points = cell.folder / "points.csv"
+        code, out, err = cell.truepose("campaign", "export", "--data", points)
+        self.assertEqual(code, 0, out + err)
+        self.assertIn("a,b,c,sigma_abc", points.read_text().splitlines()[0])
 
 
 if __name__ == "__main__":

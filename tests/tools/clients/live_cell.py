@@ -43,14 +43,14 @@ class LiveCell:
     """Ends what it started, and removes its folder, when the `with` block is left."""
 
     def __init__(self, bin_folder, source, tls=False, speedup=100, origin="https://hmi.plant", host="127.0.0.1", bridge=None,
-                 nests=""):
+                 nests="", target_6d=""):
         """origin: whose pages may use the web port from a browser; host: where the TLS port is reached; bridge: the words that start
         a bridge for the daemon, which says on which port it listens and finds the simulated tracker by TRUEPOSE_SIM_BRIDGE;
-        nests: of the tracker, as in a scenario"""
+        nests: of the tracker, as in a scenario; target_6d: of the reflector, likewise"""
         self.bin = pathlib.Path(bin_folder)
         self.config = pathlib.Path(source) / "config"
         self.tls, self.speedup, self.origin, self.host = tls, speedup, origin, host
-        self.bridge, self.nests = bridge, nests
+        self.bridge, self.nests, self.target_6d = bridge, nests, target_6d
         self.processes = {}
         self.port = self.tls_port = self.web_port = 0
         self._folder = tempfile.TemporaryDirectory()
@@ -162,6 +162,7 @@ class LiveCell:
             ("../robots", config + "/robots"), ("../kuka", config + "/kuka"),
             ("gluing.src", config + "/scenarios/gluing.src"), ("gluing.dat", config + "/scenarios/gluing.dat"),
             ("timeout_cycles: 100 ", "timeout_cycles: 2500 "),
+            ("\n  # target_6d:", f"\n  target_6d: {self.target_6d}\n  #" if self.target_6d else "\n  # target_6d:"),
             ("\ntracker:\n", f"\ntracker:\n  nests_mm: [{self.nests}]\n" if self.nests else "\ntracker:\n")])
         (self.folder / "scenario.yaml").write_text(scenario)
         self.rsi_port = free_udp_port()

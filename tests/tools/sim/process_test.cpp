@@ -174,6 +174,8 @@ TEST_F(SimulatorTest, StreamsUntilTheStopBitAndCountsEveryCycle) {
   EXPECT_EQ(count("wrong_ipoc"), 0);
   EXPECT_EQ(count("sessions"), 1);
   EXPECT_NEAR(rsi.at("max_step_deg").as_double(), 0.01, 1e-9);
+  EXPECT_NEAR(rsi.at("correction_at_end_deg").as_double(), 0.01, 1e-9);
+  EXPECT_EQ(rsi.at("correction_deg").to_number<double>(), 0) << "none is in effect after RSI_OFF";
 }
 
 TEST_F(SimulatorTest, NamesOnceWhatAControllerIgnoresInTheReplies) {
@@ -197,7 +199,8 @@ TEST_F(SimulatorTest, NamesOnceWhatAControllerIgnoresInTheReplies) {
   const std::string errors = simulator.errors();
   EXPECT_THAT(errors, HasSubstr("RSI: the replies have AKorr, which the RECEIVE list"));
   EXPECT_EQ(errors.find("AKorr"), errors.rfind("AKorr")) << errors;
-  EXPECT_EQ(boost::json::parse(simulator.output()).at("rsi").at("correction_deg").to_number<double>(), 0);
+  EXPECT_EQ(boost::json::parse(simulator.output()).at("rsi").at("correction_at_end_deg").to_number<double>(),
+            0);
 }
 
 TEST_F(SimulatorTest, CutsTheEkiLinkWhenTheScenarioSaysSoAndServesAgain) {

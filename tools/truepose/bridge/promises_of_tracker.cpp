@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "core/formatted.hpp"
+#include "drivers/bridge/bridge_tracker.hpp"
 #include "drivers/plausible_point.hpp"
 #include "tools/truepose/bridge/examination.hpp"
 
@@ -75,12 +76,8 @@ Trial Examination::measures() {
   if (result->averaged < options_.measure)
     co_return Seen::otherwise("averaged_ms is less than time_ms asked for");
   if (result->age > 1s) co_return Seen::otherwise("age_ms says that the point is an old one");
-  const drivers::SmrPoint point{.p_WS_mm = result->p_W_mm,
-                                .std_mm = result->deviations_mm(),
-                                .temperature_c = result->air.temperature_c,
-                                .pressure_mbar = result->air.pressure_mbar,
-                                .humidity_percent = result->air.humidity_percent};
-  if (const auto why_not = drivers::implausible(point)) co_return Seen::otherwise(*why_not);
+  if (const auto why_not = drivers::implausible(drivers::point_of(*result)))
+    co_return Seen::otherwise(*why_not);
   co_return Seen::kept();
 }
 

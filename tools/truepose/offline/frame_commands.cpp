@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "config/text_file.hpp"
+#include "core/identify/tool_turn.hpp"
 #include "core/identify/work_frame.hpp"
 #include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
@@ -64,12 +65,13 @@ FrameDocument told_of(record::FrameKind kind, const std::expected<MeasuredFrame,
 }
 
 int run_tool(const FrameCommand& command) {
-  const FrameInput given{command, true};
+  FrameInput given{command, true};
   note_open_payload(given.model, command.arm.model);
   const std::vector<double>& abc = command.orientation;
   const Eigen::Matrix3d R_else =
       abc.empty() ? Eigen::Matrix3d::Identity()
                   : rotation_zyx(abc[0] * kRadPerDeg, abc[1] * kRadPerDeg, abc[2] * kRadPerDeg);
+  if (!abc.empty()) given.data = without_orientations(std::move(given.data));
   const auto frame = tool_frame(given.data, given.by, R_else);
   const FrameDocument told = told_of(record::FrameKind::Tool, frame, given, command);
   tell(told, command);
@@ -131,8 +133,8 @@ Command tool_command() {
       "Number in TOOL_DATA");
   options.push_back(
       Option("--orientation", &c.orientation,
-             "Orientation of the tool as a,b,c (deg), where the TCP alone is measured; otherwise the "
-             "flange's",
+             "Orientation of the tool as a,b,c (deg), in place of a 6-D target's or, where the TCP alone is "
+             "measured, the flange's",
              {.count = 3}));
   return {.name = "tool",
           .help = "Where a tool is on the flange of a calibrated arm, by a tracker or by touching one point",

@@ -14,11 +14,14 @@ using Json = System.Collections.Generic.Dictionary<string, object>;
 
 namespace LMF.Units {
   public enum ECoordinateType { Spherical, Cartesian, Cylindrical }
+  public enum ERotationType { RotationAngles, RollPitchYaw, Quaternion }
+  public enum EAngleUnit { Radian, Degree, Gon }
   public enum ELengthUnit { Meter, Millimeter, Micrometer, Foot, Yard, Inch }
   public enum ETemperatureUnit { Celsius, Fahrenheit }
   public enum EPressureUnit { mBar, HPascal, KPascal, MmHg, Psi, InH2O, InHg }
   public enum ETimeUnit { Millisecond, Second, Minute, Hour }
   public class Units {
+    public EAngleUnit AngleUnit { get; set; }
     public ELengthUnit LengthUnit { get; set; }
     public ETemperatureUnit TemperatureUnit { get; set; }
     public EPressureUnit PressureUnit { get; set; }
@@ -69,6 +72,14 @@ namespace LMF.Tracker.MeasurementResults {
     public StationaryStatisticDoubleValue Coordinate3 { get; internal set; }
   }
   public class StationaryMeasurement3D : Measurement { public StationaryPosition Position { get; internal set; } }
+  public class StationaryRotation {
+    public SimpleDoubleValue Value0 { get; internal set; }
+    public SimpleDoubleValue Value1 { get; internal set; }
+    public SimpleDoubleValue Value2 { get; internal set; }
+    public SimpleDoubleValue Value3 { get; internal set; }
+    public SimpleDoubleValue Precision { get; internal set; }
+  }
+  public class StationaryMeasurement6D : StationaryMeasurement3D { public StationaryRotation Rotation { get; internal set; } }
 }
 
 namespace LMF.Tracker.Targets {
@@ -158,9 +169,18 @@ namespace LMF.Tracker.Measurements {
       Func<string, SimpleDoubleValue> value = name => new SimpleDoubleValue { Value = Convert.ToDouble(at[name]) };
       Func<string, StationaryStatisticDoubleValue> coordinate = axis => new StationaryStatisticDoubleValue {
         Value = Convert.ToDouble(at[axis]), Precision = Convert.ToDouble(std[axis]) };
-      return new StationaryMeasurement3D {
-        Temperature = value("temperature_c"), Pressure = value("pressure_mbar"), Humidity = value("humidity_percent"),
-        Position = new StationaryPosition { Coordinate1 = coordinate("x"), Coordinate2 = coordinate("y"), Coordinate3 = coordinate("z") } };
+      var point = at.ContainsKey("orientation") ? new StationaryMeasurement6D { Rotation = Rotation((Json)at["orientation"]) }
+                                                : new StationaryMeasurement3D();
+      point.Temperature = value("temperature_c");
+      point.Pressure = value("pressure_mbar");
+      point.Humidity = value("humidity_percent");
+      point.Position = new StationaryPosition { Coordinate1 = coordinate("x"), Coordinate2 = coordinate("y"), Coordinate3 = coordinate("z") };
+      return point;
+    }
+    static StationaryRotation Rotation(Json turned) {
+      Func<string, SimpleDoubleValue> value = name => new SimpleDoubleValue { Value = Convert.ToDouble(turned[name]) };
+      return new StationaryRotation { Value0 = value("w"), Value1 = value("x"), Value2 = value("y"), Value3 = value("z"),
+                                      Precision = value("std_deg") };
     }
   }
 }
@@ -204,6 +224,7 @@ namespace LMF.Tracker {
 
   public class Settings {
     public LMF.Units.ECoordinateType CoordinateType { get; set; }
+    public LMF.Units.ERotationType RotationType { get; set; }
     public readonly LMF.Units.Units Units = new LMF.Units.Units();
   }
   public class PowerLock { public readonly BasicTypes.BoolValue.BoolValue UsePowerLock = new BasicTypes.BoolValue.BoolValue(); }
