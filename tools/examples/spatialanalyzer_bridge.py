@@ -12,6 +12,7 @@ SA's interface does not give all that a bridge may offer:
     aim               face 1 cannot be asked for; SA searches by its own settings, and what it locks beyond search_mm is refused
     time_ms           a profile has a time of its own, --shot-ms: shots are repeated and averaged until time_ms is reached
     std_mm            SA reports the RMS of a shot's samples: it stands for each axis, divided by the root of the number of shots
+    orientation       of a 6-D target: SA makes a frame of it, and this bridge reads points alone
     serial, firmware  are not reported: --serial; firmware stays empty
     events            beam-lost and beam-found are asked for every 0.3 s; busy, warming-up and settings-changed are not reported
 """
