@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the tables of README.md beside this file from openrpc.json: what stands between its marks of begin and end.
+"""Writes the tables of reference.md beside this file from openrpc.json: what stands between its marks of begin and end.
 
     write_tables.py            writes
     write_tables.py --check    ends 1, and says so, where the page is not what this would write
@@ -10,7 +10,7 @@ import re
 import sys
 
 HERE = pathlib.Path(__file__).parent
-PAGE = HERE / "README.md"
+PAGE = HERE / "reference.md"
 LONGEST_ANSWER = 400  # of an example that is shown
 
 

@@ -13,17 +13,17 @@ namespace {
 namespace json = boost::json;
 using testing::HasSubstr;
 
-std::string readme() {
-  std::ifstream in{std::string{TRUEPOSE_SOURCE_DIR} + "/proto/bridge/README.md"};
+std::string page() {
+  std::ifstream in{std::string{TRUEPOSE_SOURCE_DIR} + "/docs/trackers.md"};
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
 }
 
-/// Lines of the dialogue in README.md, with who says them.
+/// Lines of the dialogue on the page of trackers, with who says them.
 std::vector<std::pair<char, std::string>> dialogue() {
   std::vector<std::pair<char, std::string>> lines;
-  std::istringstream text{readme()};
+  std::istringstream text{page()};
   for (std::string line; std::getline(text, line);) {
     if (line.starts_with("> {") || line.starts_with("< {")) lines.emplace_back(line[0], line.substr(2));
   }
@@ -50,7 +50,7 @@ void expect_same_json(const std::string& a, const std::string& b) {
   EXPECT_EQ(json::parse(a), json::parse(b)) << a << "\n" << b;
 }
 
-TEST(BridgeMessages, SayWhatTheDialogueInTheirReadmeSays) {
+TEST(BridgeMessages, SayWhatTheDialogueOnTheirPageSays) {
   std::map<std::int64_t, Request> asked;
   int lines = 0;
   for (const auto& [who, line] : dialogue()) {
@@ -84,8 +84,8 @@ std::vector<std::string> request_names(std::index_sequence<kKinds...>) {
   return {std::string{std::variant_alternative_t<kKinds, Request>::kName}...};
 }
 
-TEST(BridgeMessages, AreAllInTheTablesOfTheirReadme) {
-  const std::string text = readme();
+TEST(BridgeMessages, AreAllInTheTablesOfTheirPage) {
+  const std::string text = page();
   for (const std::string& name : request_names(std::make_index_sequence<std::variant_size_v<Request>>{}))
     EXPECT_THAT(text, HasSubstr("\n| `" + name + "` |"));
   for (const auto& code : kErrorCodes) EXPECT_THAT(text, HasSubstr("\n| `" + std::string{code.name} + "` |"));
