@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "proto/text/host_port.hpp"
+#include "proto/text/renamed.hpp"
 
 namespace truepose::config {
 
@@ -69,6 +70,7 @@ std::string in_quotes(std::string_view text) {
 }
 
 std::string suggestion(std::string_view misspelt, std::span<const std::string> known) {
+  if (std::string renaming = renamed(misspelt, known); !renaming.empty()) return renaming;
   constexpr std::size_t kLongest =
       64;  // a longer name is no slip of the finger, and the distance costs its square
   if (misspelt.size() > kLongest) return {};

@@ -19,7 +19,8 @@ std::string format_number(double value);
 /// `text` in single quotes for a message: cut where it is long, control characters as '?'.
 std::string in_quotes(std::string_view text);
 
-/// ", did you mean 'x'?" for the known name nearest to a misspelt one, or nothing where none is near.
+/// ", renamed to 'x'" for an old name; ", did you mean 'x'?" for the known name nearest to a misspelt one;
+/// nothing where none is near.
 std::string suggestion(std::string_view misspelt, std::span<const std::string> known);
 
 struct Endpoint {

@@ -13,6 +13,7 @@
 
 #include "config/number_text.hpp"
 #include "core/formatted.hpp"
+#include "proto/text/renamed.hpp"
 #include "proto/text/utf8.hpp"
 
 namespace truepose::config {
@@ -307,7 +308,7 @@ std::string_view YamlValue::word(const std::vector<std::string_view>& words) con
   if (found != words.end()) return *found;
   std::string all;
   for (const std::string_view word : words) all += (all.empty() ? "" : ", ") + std::string(word);
-  fail("expected one of " + all + ", found " + in_quotes(text()));
+  fail("expected one of " + all + ", found " + in_quotes(text()) + renamed(text(), words));
 }
 
 std::filesystem::path YamlValue::file() const {

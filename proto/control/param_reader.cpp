@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "proto/control/json_text.hpp"
+#include "proto/text/renamed.hpp"
 
 namespace truepose::control {
 namespace {
@@ -151,7 +152,7 @@ std::optional<RpcError> ParamReader::finish() {
   finished_ = true;
   for (const auto& member : params_) {
     const std::string key{member.key().data(), member.key().size()};
-    if (!known_.contains(key)) fail(key, "unknown parameter");
+    if (!known_.contains(key)) fail(key, "unknown parameter" + renamed(key, known_));
   }
   return error_;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "proto/control/json_text.hpp"
+#include "proto/text/renamed.hpp"
 
 namespace truepose::record {
 namespace {
@@ -77,7 +78,7 @@ std::string JsonPlace::word(const std::vector<std::string_view>& words) const {
   if (std::ranges::find(words, word) != words.end()) return word;
   std::string all;
   for (const std::string_view known : words) all += (all.empty() ? "" : ", ") + std::string(known);
-  fail_expected("one of " + all);
+  fail("expected one of " + all + ", found " + control::json_excerpt(*value_) + renamed(word, words));
 }
 
 std::vector<JsonPlace> JsonPlace::list() const {
@@ -96,9 +97,16 @@ std::vector<std::pair<std::string, JsonPlace>> JsonPlace::members() const {
   return members;
 }
 
-JsonPlace::Map::Map(const JsonPlace& place, const std::vector<std::string>&)
+JsonPlace::Map::Map(const JsonPlace& place, const std::vector<std::string>& known)
     : place_{place}, object_{place.value_->if_object()} {
   if (!object_) place.fail_expected("an object");
+  // Other unknown members are passed over, but one that was renamed must not be read as left out.
+  for (const auto& member : *object_) {
+    const std::string_view key = member.key();
+    if (std::ranges::find(known, key) != known.end()) continue;
+    if (const std::string renaming = renamed(key, known); !renaming.empty())
+      place.fail("unknown key '" + std::string{key} + "'" + renaming);
+  }
 }
 
 std::optional<JsonPlace> JsonPlace::Map::find(std::string_view key) const {

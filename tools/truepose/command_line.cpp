@@ -15,6 +15,7 @@
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
 #include "daemon/control/version_text.hpp"
+#include "proto/text/renamed.hpp"
 #include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
@@ -134,6 +135,24 @@ void add_command(CLI::App& app, const Command& command, const std::vector<Option
   });
 }
 
+/// What is wrong with an option that was renamed; nothing where none was.
+std::optional<std::string> renamed_option(const CLI::App& app) {
+  if (const auto given = app.get_subcommands(); !given.empty()) return renamed_option(*given.front());
+  std::vector<std::string> known;
+  const auto add = [&](const CLI::App& part) {
+    for (const CLI::Option* option : part.get_options()) known.push_back(option->get_name());
+  };
+  add(app);
+  for (const CLI::App* group : app.get_subcommands([](const CLI::App*) { return true; }))
+    if (group->get_name().empty()) add(*group);
+  for (const std::string& word : app.remaining()) {
+    const std::string option = word.substr(0, word.find('='));
+    if (const std::string renaming = renamed(option, known); !renaming.empty())
+      return option + ": unknown option" + renaming;
+  }
+  return std::nullopt;
+}
+
 /// What is wrong with words that name no command where one is expected; nothing where it is something else.
 std::optional<std::string> unknown_command(const CLI::App& app) {
   if (const auto given = app.get_subcommands(); !given.empty()) return unknown_command(*given.front());
@@ -159,7 +178,8 @@ Check available(std::vector<std::string_view> values) {
   const std::string all = CLI::detail::join(values, ", ");
   return {"{" + all + "}", [values = std::move(values), all](const std::string& value) -> std::string {
             if (std::ranges::find(values, value) != values.end()) return {};
-            return "'" + value + "' is not available in this version (available: " + all + ")";
+            return "'" + value + "' is not available in this version (available: " + all + ")" +
+                   renamed(value, values);
           }};
 }
 
@@ -192,7 +212,8 @@ int run_command_line(const CommandLine& line, std::vector<std::string> words) {
       app.parse(std::move(words));
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-      throw bad_usage(unknown_command(app).value_or(error.what()));
+      const auto renaming = renamed_option(app);
+      throw bad_usage(renaming ? *renaming : unknown_command(app).value_or(error.what()));
     }
     return exit_code;
   });
