@@ -134,7 +134,7 @@ void layout(auto& io, Is<StreamConfig> auto& x) {
   io.optional("max_step_deg", x.max_step_deg, Range{0.0001, 1});
   io.optional("max_total_deg", x.max_total_deg, Range{0.001, 10});
   io.optional("limit_margin_deg", x.limit_margin_deg, Range{0, 90});
-  io.optional("singular_deg", x.singular_deg, Range{0, 45});
+  io.optional("singularity_threshold_deg", x.singularity_threshold_deg, Range{0, 45});
   io.optional("tcp", x.p_FT_mm, kPoint);
   io.optional("tool", x.tool, Whole{1, 1000});
   io.optional("ramp_ms", x.ramp, Whole{200, 60'000});
@@ -161,11 +161,11 @@ void layout(auto& io, Is<TrackerConfig> auto& x) {
   io("address", x.address, HostPort{});
   io.defaulted("reflector", x.reflector);
   io.optional("measure_ms", x.measure, Whole{1, 600'000});
-  io.optional("initialise_again_min", x.initialise_again, Whole{0, 1440});
-  io.optional("search_first_mm", x.search_first_mm, Range{1, 5000});
-  io.optional("search_mm", x.search_mm, Range{1, 5000});
+  io.optional("reinitialise_after_min", x.reinitialise_after, Whole{0, 1440});
+  io.optional("first_search_radius_mm", x.first_search_radius_mm, Range{1, 5000});
+  io.optional("search_radius_mm", x.search_radius_mm, Range{1, 5000});
   io.optional("gate_mm", x.gate_mm, Range{0.1, 5000});
-  io.optional("placement", x.placement, KukaPose{});
+  io.optional("robot_base", x.robot_base, KukaPose{});
   io.optional("noise", x.noise);
   io.optional("beam_radius_mm", x.beam_radius_mm, Range{0, 1000});
   io.optional("max_std_mm", x.max_std_mm, Range{0, 10});
@@ -222,7 +222,7 @@ void layout(auto& io, Is<CampaignConfig> auto& x) {
   io.optional("pause_after_s", x.pause_after, Whole{1, 86'400});
   io.optional("pause_after_lost", x.pause_after_lost, Whole{0, 1000});
   io.optional("limit_margin_deg", x.limit_margin_deg, Range{0, 90});
-  io.optional("wrist_margin_deg", x.wrist_margin_deg, Range{0, 45});
+  io.optional("singularity_margin_deg", x.singularity_margin_deg, Range{0, 45});
   io.optional("criterion", x.criterion, kCriteria);
   io.optional("candidates", x.candidates, Whole{10, 100'000});
   io.optional("nests_every", x.nests_every, Whole{1, 10'000});
@@ -256,7 +256,7 @@ void layout(auto& io, SurroundingsAndTool& x) {
 }
 
 void layout(auto& io, Is<CalibrationConfig> auto& x) {
-  io.optional("deviation", x.deviation, kNoneOrAuto);
+  io.optional("non_geometric", x.non_geometric, kNoneOrAuto);
   io.optional("harmonics", x.harmonics, Whole{1, 10'000});
   io.optional("residual", x.residual, ResidualNames{});
   io.optional("loss", x.loss, kLossNames);
@@ -302,8 +302,8 @@ void layout(auto& io, Is<WebConfig> auto& x) {
 void layout(auto& io, Is<RecordingConfig> auto& x) {
   io.defaulted("folder", x.folder, FileName{});
   io.optional("ring_mb", x.ring_mb, Whole{1, 4096});
-  io.optional("most_files", x.most_files, Whole{1, 1000});
-  io.optional("most_mb", x.most_mb, Whole{1, 1'000'000});
+  io.optional("max_files", x.max_files, Whole{1, 1000});
+  io.optional("max_mb", x.max_mb, Whole{1, 1'000'000});
 }
 
 void layout(auto& io, Is<ToolLoad> auto& x) {

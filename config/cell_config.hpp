@@ -61,7 +61,8 @@ struct StreamConfig {
   double max_step_deg = 0.02;   ///< per cycle and axis
   double max_total_deg = 3.0;   ///< per axis
   double limit_margin_deg = 1;  ///< kept from the joint limits
-  double singular_deg = 20;     ///< angle between axes 4 and 6 below which orientation may be given up
+  double singularity_threshold_deg =
+      20;  ///< angle between axes 4 and 6 below which orientation may be given up
   /// Whose position is kept there, flange frame, where no measured tool is in force; none: the reflector's.
   std::optional<Eigen::Vector3d> p_FT_mm;
   std::optional<int> tool;  ///< in force, by its number; none: the one that the controller says
@@ -83,11 +84,11 @@ struct TrackerConfig {
   std::chrono::milliseconds measure{2000};
   /// After so long since it was found switched on, it is initialised anew at the next connection; 0: where it
   /// says that it has warmed up.
-  std::chrono::minutes initialise_again{0};
-  double search_first_mm = 300;  ///< search radius before base and reflector are known
-  double search_mm = 30;         ///< afterwards
-  double gate_mm = 25;           ///< a point farther than this from its prediction is a wrong reflector
-  Eigen::Isometry3d placement =
+  std::chrono::minutes reinitialise_after{0};
+  double first_search_radius_mm = 300;  ///< search radius before base and reflector are known
+  double search_radius_mm = 30;         ///< afterwards
+  double gate_mm = 25;  ///< a point farther than this from its prediction is a wrong reflector
+  Eigen::Isometry3d robot_base =
       Eigen::Isometry3d::Identity();  ///< rough X_WB: where the base stands for the tracker
   TrackerNoiseModel noise{.range_mm = 0.01, .transverse_mm_per_m = 0.003};
   double max_std_mm = 0;  ///< of a measurement, by its own account; 0: several times the noise that is stated
@@ -126,7 +127,7 @@ struct CampaignConfig {
   std::chrono::seconds pause_after{120};  ///< that a campaign waits for a device before it pauses
   int pause_after_lost = 2;               ///< points in a row that fail for good before it pauses; 0: never
   double limit_margin_deg = 5;            ///< kept from the joint limits by planned poses
-  double wrist_margin_deg = 3;            ///< least angle from a singular wrist
+  double singularity_margin_deg = 3;      ///< least angle from a singular wrist
   DesignCriterion criterion = DesignCriterion::I;
   int candidates = 2000;         ///< poses among which those to measure are chosen
   int nests_every = 10;          ///< poses from one measurement of the nests to the next
@@ -147,10 +148,10 @@ struct Iso9283Config {
 
 /// How campaigns identify. The noise is the tracker's and the arm's.
 struct CalibrationConfig {
-  bool deviation = false;  ///< joints' deviations that cross-validation keeps
+  bool non_geometric = false;  ///< joints' deviations that cross-validation keeps
   std::vector<int> harmonics{1, 2};
   std::vector<RegressorKind> residual;  ///< of a residual field; none: no field
-  Loss loss = Loss::Screened;
+  Loss loss = Loss::OutlierRejection;
   PriorUse prior = PriorUse::Auto;  ///< whether deviations from the data sheet are taken as small
 };
 
@@ -177,8 +178,8 @@ struct WebConfig {
 struct RecordingConfig {
   std::filesystem::path folder;  ///< of the ring, and of the recordings that are written
   std::size_t ring_mb = 64;
-  std::size_t most_files = 20;
-  std::size_t most_mb = 500;  ///< of all recordings; the newest is kept in any case
+  std::size_t max_files = 20;
+  std::size_t max_mb = 500;  ///< of all recordings; the newest is kept in any case
 };
 
 /// What the flange carries while a tool of the controller is in force: its LOAD_DATA.

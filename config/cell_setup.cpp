@@ -18,7 +18,7 @@ constexpr double kPlacementTolerance_rad = 5 * kRadPerDeg;
 }  // namespace
 
 CalibratedCell rough_cell(const CellConfig& cell) {
-  CalibratedCell rough{cell.robot.model, BasePose::of(cell.tracker.placement), {}};
+  CalibratedCell rough{cell.robot.model, BasePose::of(cell.tracker.robot_base), {}};
   for (const ReflectorConfig& reflector : reflectors_of(cell))
     rough.reflectors.push_back({reflector.name, reflector.p_FS_mm});
   return rough;
@@ -44,7 +44,7 @@ Scene scene_of(const CellConfig& cell) {
     further.push_back({reflector.p_FS_mm, reflector.facing_F, planned_rad(reflector)});
   return {.robot = cell.robot.model,
           .body = cell.robot.body,
-          .sight = {.X_WB = cell.tracker.placement,
+          .sight = {.X_WB = cell.tracker.robot_base,
                     .p_FS_mm = cell.reflector.p_FS_mm,
                     .facing_F = cell.reflector.facing_F,
                     .acceptance_rad = planned_rad(cell.reflector),
@@ -53,7 +53,7 @@ Scene scene_of(const CellConfig& cell) {
           .surroundings = cell.surroundings,
           .workspace = cell.workspace,
           .limit_margin_rad = cell.campaign.limit_margin_deg * kRadPerDeg,
-          .wrist_margin_rad = cell.campaign.wrist_margin_deg * kRadPerDeg};
+          .wrist_margin_rad = cell.campaign.singularity_margin_deg * kRadPerDeg};
 }
 
 PlanOptions plan_options(const CellConfig& cell, int poses) {
@@ -74,7 +74,7 @@ CalibrateOptions calibrate_options(const CellConfig& cell) {
   options.loss = cell.calibration.loss;
   options.prior = cell.calibration.prior;
   options.noise = {cell.tracker.noise, cell.robot.repeatability_mm};
-  options.deviation = cell.calibration.deviation;
+  options.non_geometric = cell.calibration.non_geometric;
   options.harmonics = cell.calibration.harmonics;
   options.residual = cell.calibration.residual;
   return options;
@@ -101,7 +101,7 @@ std::optional<std::string> too_few_poses(const CellConfig& cell) {
 }
 
 CompensationOptions compensation_options(const CellConfig& cell, Approach approach) {
-  return {.singular_below = cell.stream.singular_deg * kRadPerDeg, .approach = approach};
+  return {.singular_below = cell.stream.singularity_threshold_deg * kRadPerDeg, .approach = approach};
 }
 
 std::expected<CorrectedArm, std::string> corrected_arm(const CellConfig& cell, const CalibratedCell& model,

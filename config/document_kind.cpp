@@ -22,7 +22,7 @@ constexpr std::array kKinds{
     Kind{DocumentKind::Base, "a base of `truepose base --out`", {"arm", "frame", "model"}},
     Kind{DocumentKind::Positioner, "a positioner of `truepose positioner --out`", {"arm", "root", "model"}},
     Kind{DocumentKind::Cell, "a cell file", {"robot", "stream", "control"}},
-    Kind{DocumentKind::Scenario, "a scenario of the simulator", {"robot", "placement", "rsi"}},
+    Kind{DocumentKind::Scenario, "a scenario of the simulator", {"robot", "robot_base", "rsi"}},
     Kind{DocumentKind::CalibrationDocument,
          "the JSON document of a calibration",
          {"identify", "parameters", "rank"}},

@@ -184,7 +184,7 @@ void layout(auto& io, Is<RobotModel> auto& x) {
   io.optional("masses", x.masses, OnePerJoint{x.joints.size()});
   io.optional("payload", x.payload);
   io.optional("torque_joints", x.torque_joints, OnePerJoint{x.joints.size()});
-  io.optional("deviation", x.deviation, Terms{x.joints});
+  io.optional("non_geometric", x.deviation, Terms{x.joints});
   io.optional("field", x.field, FieldForm{x});
 }
 

@@ -111,12 +111,12 @@ struct DriveErrors {
 /// What warmth does, in the units of the file.
 struct Warmth {
   std::vector<double> zero;  // deg, mm
-  double growth_ppm = 0;
+  double expansion_ppm = 0;
   double minutes = 30;
 };
 void layout(auto& io, Is<Warmth> auto& x) {
   io.optional("zero", x.zero, Range{-1, 1});
-  io.optional("growth_ppm", x.growth_ppm, Range{-1000, 1000});
+  io.optional("expansion_ppm", x.expansion_ppm, Range{-1000, 1000});
   io.optional("minutes", x.minutes, Range{0.1, 1000});
 }
 
@@ -128,7 +128,7 @@ struct WarmUpOf {
     if (!warmth.zero.empty() && warmth.zero.size() != robot.joints.size())
       value.fail("zero: expected one for each of the " + std::to_string(robot.joints.size()) + " joints");
     if (!warmth.zero.empty()) warm_up.zero = joints_from(warmth.zero, robot);
-    warm_up.growth = 1e-6 * warmth.growth_ppm;
+    warm_up.growth = 1e-6 * warmth.expansion_ppm;
     warm_up.time_constant = std::chrono::duration<double, std::ratio<60>>{warmth.minutes};
   }
 };
@@ -160,7 +160,7 @@ constexpr std::array kFaults{Named{"beam-break", FaultKind::BeamBreak},
                              Named{"rsi-lose-replies", FaultKind::RsiLoseReplies},
                              Named{"rsi-duplicate", FaultKind::RsiDuplicate},
                              Named{"rsi-late", FaultKind::RsiLate},
-                             Named{"rsi-garble", FaultKind::RsiGarble},
+                             Named{"rsi-corrupt", FaultKind::RsiCorrupt},
                              Named{"rsi-reorder", FaultKind::RsiReorder},
                              Named{"rsi-silence", FaultKind::RsiSilence},
                              Named{"rsi-restart", FaultKind::RsiRestart},
@@ -483,7 +483,7 @@ void layout(auto& io, Is<Scenario> auto& x) {
   io.optional("drives", x.drives, DriveErrors{x.nominal});
   io.optional("warm_up", x.warm_up, WarmUpOf{x.nominal});
   io.optional("repeatability_mm", x.repeatability_mm, kNoiseMm);
-  io("placement", x.X_WB, KukaPose{});
+  io("robot_base", x.X_WB, KukaPose{});
   io("reflector", ReflectorPart{x});
   io.optional("further_reflectors", x.further_reflectors);
   io.optional("occlusion", OcclusionPart{x, {}});

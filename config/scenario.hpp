@@ -44,7 +44,7 @@ struct ScenarioFault {
     RsiLoseReplies,     ///< none to it
     RsiDuplicate,       ///< the controller's datagrams come twice
     RsiLate,            ///< each datagram of the controller comes a cycle late
-    RsiGarble,          ///< a byte of each is another one
+    RsiCorrupt,         ///< a byte of each is another one
     RsiReorder,         ///< of two datagrams the later one comes first
     RsiSilence,         ///< the controller sends nothing, keeps what is in force, and its clock goes on
     RsiRestart,         ///< RSI is off, and then on with nothing in force, from another port

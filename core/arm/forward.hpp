@@ -39,7 +39,7 @@ Eigen::Isometry3d displaced(const RobotModel& robot, const JointVector& q, const
 Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector& q, Approach approach = {});
 
 /// Geometric Jacobian of the flange: 6 x N, rows 0-2 the velocity of the flange's origin (mm per unit of q),
-/// rows 3-5 the angular velocity (rad per unit of q), both in the base frame. Joint deviations,
+/// rows 3-5 the angular velocity (rad per unit of q), both in the base frame. Non-geometric errors,
 /// guides and the residual field change it by about 1e-4 of itself, and are left out of it: a Newton
 /// iteration does not feel that.
 using JointJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxJoints>;

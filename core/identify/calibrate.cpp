@@ -211,7 +211,7 @@ StageErrors stage_errors(const Calibration& result, const MeasurementData& data,
           .before = error_statistics(before),
           .geometric = error_statistics(geometric),
           .after = error_statistics(after),
-          .turns = turn_errors(result, data, counted)};
+          .orientation_errors = turn_errors(result, data, counted)};
 }
 
 StageErrors stage_errors(const Calibration& result, const MeasurementData& data, PoseSet set) {
@@ -240,7 +240,7 @@ struct Screened {
 /// contradict is the model, or the campaign.
 Screened screened(const RobotModel& nominal, const MeasurementData& data, const CalibrateOptions& options) {
   Screened gross;
-  if (options.loss != Loss::Screened) return gross;
+  if (options.loss != Loss::OutlierRejection) return gross;
   for (const RejectedPoint& point : gross_errors(nominal, data, options)) {
     const bool identifies = data.points[point.point].set == PoseSet::Identify;
     (identifies ? gross.to_identify : gross.to_validate).push_back(point);
@@ -351,7 +351,7 @@ Calibration summary(Identified& made, const MeasurementData& data) {
   result.covariance = id.uncertainty.covariance;
   result.parameters = parameters(id);
   result.rejected = rejected(made);
-  result.far_validation = made.gross.to_validate;
+  result.validation_outliers = made.gross.to_validate;
   result.points = point_errors(result, data);
   judge_unseen(id, data, made.gross, result.points);
   result.identify = stage_errors(result, data, PoseSet::Identify);

@@ -42,11 +42,11 @@ enum class PriorUse {
 
 struct CalibrateOptions {
   CalibrationMethod method = CalibrationMethod::TwoStage;
-  Loss loss = Loss::Screened;
+  Loss loss = Loss::OutlierRejection;
   PriorUse prior = PriorUse::Auto;
   PriorScale prior_scale;
   std::optional<MeasurementNoise> noise;  ///< where points do not state their sigma; none: all alike
-  bool deviation = false;                 ///< look for deviations of the joints and keep those that help
+  bool non_geometric = false;             ///< look for deviations of the joints and keep those that help
   std::vector<int> harmonics{1, 2};       ///< multiples of a joint's angle to look for
   /// Residual field: none; the one of these kinds; or with several the best of them under cross-validation,
   /// and none where none helps.
@@ -105,7 +105,7 @@ struct StageErrors {
   ErrorStatistics geometric;  ///< after the fine stage
   ErrorStatistics after;  ///< after all layers of the options; points that a residual field was fitted to as
                           ///< one predicts them that did not see their pose
-  std::optional<TurnErrors> turns;  ///< where targets have orientations
+  std::optional<TurnErrors> orientation_errors;  ///< where targets have orientations
 };
 
 /// Error vectors (predicted minus measured, mm, tracker frame of the first station) of one point through the
@@ -156,10 +156,11 @@ struct Calibration {
   std::vector<Combination> weak;       ///< what the data say less about than the data sheet
   double sigma0_mm = 0;  ///< estimated standard deviation of one coordinate of a point of weight 1
   bool prior_used = false;
-  PriorScale prior_scale;                     ///< as used
-  std::vector<RejectedPoint> rejected;        ///< points to identify that the loss took out
-  std::vector<RejectedPoint> far_validation;  ///< beyond six sigma too, but in the statistics all the same
-  std::optional<DeviationChoice> deviation;
+  PriorScale prior_scale;               ///< as used
+  std::vector<RejectedPoint> rejected;  ///< points to identify that the loss took out
+  std::vector<RejectedPoint>
+      validation_outliers;  ///< beyond six sigma too, but in the statistics all the same
+  std::optional<DeviationChoice> non_geometric;
   std::optional<RegressorSelection> residual;
   std::optional<ThermalChoice> thermal;  ///< where points tell warmth; all else is of the reference
   TransferUncertainty transfer;          ///< over the joint limits

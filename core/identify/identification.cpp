@@ -152,10 +152,10 @@ void fit_chosen_deviations(Identification& id) {
   const TrustedProblem trusted = trusted_problem(id);
   const ScaleExpectation expected{.noise = expected_noise(id.points.stated_sigma_mm()),
                                   .links = id.options.prior_scale};
-  id.result.deviation = choose_deviation(id.fit.cell, trusted.problem,
-                                         deviation_groups(id.nominal, trusted.points, id.options.harmonics),
-                                         expected, id.options.jobs);
-  const DeviationChoice& choice = *id.result.deviation;
+  id.result.non_geometric = choose_deviation(
+      id.fit.cell, trusted.problem, deviation_groups(id.nominal, trusted.points, id.options.harmonics),
+      expected, id.options.jobs);
+  const DeviationChoice& choice = *id.result.non_geometric;
   if (choice.terms.empty()) return;
 
   CalibratedCell start = id.fit.cell;
@@ -173,7 +173,7 @@ void fit_chosen_deviations(Identification& id) {
 }  // namespace
 
 std::optional<CalibrationError> fit_deviations(Identification& id) {
-  for (int round = 0; id.options.deviation && round < kMaxRounds; ++round) {
+  for (int round = 0; id.options.non_geometric && round < kMaxRounds; ++round) {
     const std::vector<bool> chosen_from = id.points.trusted();
     fit_chosen_deviations(id);
     if (id.points.trusted() == chosen_from || round + 1 == kMaxRounds) break;

@@ -16,8 +16,11 @@ inline constexpr std::array kMethodNames{
     Named{"particle-swarm", CalibrationMethod::ParticleSwarm},
 };
 inline constexpr std::array kLossNames{
-    Named{"screened", Loss::Screened}, Named{"squared", Loss::Squared}, Named{"huber", Loss::Huber},
-    Named{"igg3", Loss::Igg3},         Named{"tukey", Loss::Tukey},
+    Named{"outlier-rejection", Loss::OutlierRejection},
+    Named{"squared", Loss::Squared},
+    Named{"huber", Loss::Huber},
+    Named{"igg3", Loss::Igg3},
+    Named{"tukey", Loss::Tukey},
 };
 inline constexpr std::array kThermalNames{
     Named{"none", ThermalUse::Off},

@@ -138,7 +138,7 @@ std::vector<double> point_weights(const CalibratedCell& cell, const LeastSquares
   for (double& weight : weights) {
     const double u = weight / sigma_mm;
     switch (loss) {
-      case Loss::Screened:
+      case Loss::OutlierRejection:
       case Loss::Squared:
         weight = 1;
         break;

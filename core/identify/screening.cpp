@@ -184,7 +184,7 @@ std::vector<RejectedPoint> gross_errors(const RobotModel& nominal, const Measure
   CalibrateOptions judging = options;
   judging.method = CalibrationMethod::TwoStage;
   judging.loss = Loss::Tukey;
-  judging.deviation = true;
+  judging.non_geometric = true;
   Identification judge(nominal, data, judging);
   if (fit_base_and_reflectors(judge) || fit_geometry(judge)) return {};
   // What the geometry alone finds near, no richer model needs to look at.
@@ -194,7 +194,7 @@ std::vector<RejectedPoint> gross_errors(const RobotModel& nominal, const Measure
   std::vector<RejectedPoint> far = found.far;
   if (const auto agree = agreeing(found, data); !agree.empty()) far = unexplained(far, agree, judge);
   // A model without deviations is not judged by what they see.
-  if (!options.deviation)
+  if (!options.non_geometric)
     std::erase_if(far, [&](const RejectedPoint& point) { return !holds(by_geometry.far, point.point); });
   return far;
 }

@@ -47,7 +47,7 @@ double beyond_prediction(const Calibration& result, const MeasurementData& data,
   const double usual_mm = std::min(result.sigma0_mm, kUsualNoise_mm);
   for (std::size_t i = 0; i < data.points.size(); ++i) {
     const Measurement& m = data.points[i];
-    const bool is_far = std::ranges::count(result.far_validation, i, &RejectedPoint::point) > 0;
+    const bool is_far = std::ranges::count(result.validation_outliers, i, &RejectedPoint::point) > 0;
     if (m.set != PoseSet::Validate || is_far) continue;
     squares += result.points[i].after.squaredNorm();
     predicted += result.position_covariance(m.q, m.smr, m.direction).trace();

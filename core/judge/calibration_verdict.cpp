@@ -52,7 +52,7 @@ constexpr int kFewestRepeats = 6;            // coordinates that are known to sc
 
 std::vector<std::size_t> far_points(const Calibration& calibration) {
   std::vector<std::size_t> far;
-  for (const auto* points : {&calibration.rejected, &calibration.far_validation})
+  for (const auto* points : {&calibration.rejected, &calibration.validation_outliers})
     for (const RejectedPoint& point : *points) far.push_back(point.point);
   return far;
 }
@@ -122,8 +122,8 @@ struct Case : CalibrationEvidence {
 
 using Finds = std::optional<Finding>;
 
-Finds refusal(std::string sentence) { return Finding{Severity::Refusal, std::move(sentence)}; }
-Finds doubt(std::string sentence) { return Finding{Severity::Doubt, std::move(sentence)}; }
+Finds refusal(std::string sentence) { return Finding{Severity::Error, std::move(sentence)}; }
+Finds doubt(std::string sentence) { return Finding{Severity::Warning, std::move(sentence)}; }
 Finds advice(std::string sentence) { return Finding{Severity::Advice, std::move(sentence)}; }
 
 Finds too_much_left(const Case& of) {
@@ -134,15 +134,16 @@ Finds too_much_left(const Case& of) {
   const std::string left = formatted(
       "the model leaves %.2f mm in each coordinate, %.0f times the noise that %s", of.calibration.sigma0_mm,
       times_noise, of.noise_known() ? "is stated" : "poses show that were measured again");
-  const Severity severity = times_noise >= kMuchUnmodelled ? Severity::Doubt : Severity::Advice;
+  const Severity severity = times_noise >= kMuchUnmodelled ? Severity::Warning : Severity::Advice;
   if (times > kMostUnmodelled) return refusal(left);
   if (of.judged.achieved.mean > kHardlyBetter * of.judged.predicted.before.mean)
     return doubt(left +
                  ", and is hardly better than the data sheet: look for what changed while it was measured");
   if (of.moved || of.rounded) return Finding{severity, left};
-  if (of.calibration.deviation)
+  if (of.calibration.non_geometric)
     return Finding{severity, left + ": the arm, or what measured it, does what the model does not know"};
-  return Finding{severity, left + ": identify the deviations of the joints too (deviation auto)"};
+  return Finding{severity,
+                 left + ": identify the non-geometric errors of the joints too (non-geometric auto)"};
 }
 
 /// Of a reading of a pose that is measured again and again. A statement of the noise counts as some
@@ -223,7 +224,7 @@ Finds moved_meanwhile(const Case& of) {
     return Finding{Severity::Note, who + how + ", or the arm warmed up a little: too little to say which"};
   if (moved->or_warmth) who += ", or the arm warmed up";
   const bool surely = !moved->or_warmth && (moved->what.kind == ChangeKind::Base || moved->halves);
-  if (!moved->or_joint) return Finding{surely ? Severity::Refusal : Severity::Doubt, who + how};
+  if (!moved->or_joint) return Finding{surely ? Severity::Error : Severity::Warning, who + how};
   return doubt(
       who + how +
       formatted(", or joint %d errs as much with where it stands: the order of the points does not tell "
@@ -253,7 +254,7 @@ Finds still_warming_up(const Case& of) {
 
 /// Those of the validation points that are not named one by one, spread evenly where they are very many.
 std::vector<Measurement> points_to_predict(const Case& of) {
-  const auto points = points_of(without(of.calibration.far_validation, of.data), PoseSet::Validate);
+  const auto points = points_of(without(of.calibration.validation_outliers, of.data), PoseSet::Validate);
   const std::size_t count = std::min(points.size(), kMostPredicted);
   std::vector<Measurement> some;
   for (std::size_t i = 0; i < count; ++i) some.push_back(points[i * points.size() / count]);
@@ -330,14 +331,14 @@ Finds rows_left_out(const Case& of) {
   if (rejected.empty()) return std::nullopt;
   const std::size_t all = points_of(of.data, PoseSet::Identify).size();
   const bool many = static_cast<double>(rejected.size()) > kMostFar * static_cast<double>(all);
-  return Finding{many ? Severity::Doubt : Severity::Note,
+  return Finding{many ? Severity::Warning : Severity::Note,
                  formatted("%zu of the %zu points to identify contradict the others and were left out: ",
                            rejected.size(), all) +
                      names_of_points(of.data, rejected)};
 }
 
-Finds far_validation(const Case& of) {
-  const auto& far = of.calibration.far_validation;
+Finds validation_outliers(const Case& of) {
+  const auto& far = of.calibration.validation_outliers;
   if (far.empty()) return std::nullopt;
   std::vector<Eigen::Vector3d> others_mm;
   for (std::size_t i = 0; i < of.data.points.size(); ++i) {
@@ -349,7 +350,7 @@ Finds far_validation(const Case& of) {
   const bool matters = with.mean - without_them.mean > kMatters * with.mean ||
                        with.max - without_them.max > kMatters * with.max;
   return Finding{
-      matters ? Severity::Doubt : Severity::Note,
+      matters ? Severity::Warning : Severity::Note,
       formatted("%zu of the %d validation points are beyond six sigma: measure them again; without them "
                 "the errors are %.3f mm on average and %.3f mm at most, with them %.3f and %.3f mm: ",
                 far.size(), with.count, without_them.mean, without_them.max, with.mean, with.max) +
@@ -379,7 +380,7 @@ Finds joints_stale(const Case& of) {
   const bool all_far = std::ranges::all_of(
       stale, [far = far_points(of.calibration)](std::size_t i) { return std::ranges::count(far, i) > 0; });
   return Finding{
-      all_far ? Severity::Note : Severity::Doubt,
+      all_far ? Severity::Note : Severity::Warning,
       formatted("the same joints are given for points far apart, at %s: joints that were read before "
                 "the arm had moved; leave out the wrong ones of them",
                 places.c_str())};
@@ -521,7 +522,7 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
 constexpr std::array kOfEvidence{
     too_much_left,    reference_moved,   moved_meanwhile,          still_warming_up, more_than_predicted,
-    beyond_tolerance, nearer_than_noise, far_validation,           rows_left_out,    joints_stale,
+    beyond_tolerance, nearer_than_noise, validation_outliers,      rows_left_out,    joints_stale,
     told_twice,       clock_was_set,     noise_not_stated,         joints_rounded,   field_of_some,
     on_last_axis,     poses_narrow,      warmth_of_validation_open};
 
@@ -536,11 +537,11 @@ void ask(const Questions& questions, const Of& of, CalibrationVerdict& verdict) 
 
 VerdictColor CalibrationVerdict::color() const {
   if (findings.empty() || findings.front().severity == Severity::Note) return VerdictColor::Green;
-  return findings.front().severity == Severity::Refusal ? VerdictColor::Red : VerdictColor::Amber;
+  return findings.front().severity == Severity::Error ? VerdictColor::Red : VerdictColor::Amber;
 }
 
 bool CalibrationVerdict::failed() const {
-  return !findings.empty() && findings.front().severity >= Severity::Doubt;
+  return !findings.empty() && findings.front().severity >= Severity::Warning;
 }
 
 CalibrationVerdict verdict_by_figures(const CalibrationFigures& figures) {

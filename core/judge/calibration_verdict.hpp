@@ -17,12 +17,12 @@ namespace truepose {
 enum class Severity {
   Note,     ///< worth knowing, and harmless
   Advice,   ///< what the data cannot show
-  Doubt,    ///< a test that failed: somebody has to look before the model is used
-  Refusal,  ///< the model is not to be used
+  Warning,  ///< a test that failed: somebody has to look before the model is used
+  Error,    ///< the model is not to be used
 };
 inline constexpr std::array kSeverityNames{Named{"note", Severity::Note}, Named{"advice", Severity::Advice},
-                                           Named{"doubt", Severity::Doubt},
-                                           Named{"refusal", Severity::Refusal}};
+                                           Named{"warning", Severity::Warning},
+                                           Named{"error", Severity::Error}};
 
 struct Finding {
   Severity severity = Severity::Note;
@@ -37,7 +37,7 @@ inline constexpr std::array kVerdictColorNames{Named{"green", VerdictColor::Gree
 struct CalibrationVerdict {
   std::vector<Finding> findings;  ///< the gravest first
 
-  /// Green: no more than notes. Red: a refusal. Amber: all between.
+  /// Green: no more than notes. Red: an error. Amber: all between.
   VerdictColor color() const;
   /// Whether a test failed: then a command ends with 1, and no daemon uses the model before somebody says so.
   bool failed() const;
@@ -72,7 +72,7 @@ struct CalibrationEvidence {
 /// - the identification converged and is nearer to the validation points than the nominal arm (a positioner,
 ///   whose place is what was asked, may come as near without),
 /// - what the model leaves is no more than what real arms have beyond a model,
-/// - nothing moved while it was measured (movement(); a doubt where a joint's own errors explain the points
+/// - nothing moved while it was measured (movement(); a warning where a joint's own errors explain the points
 ///   as well), and the reference pose stayed where it was, as far as the stated noise and the accuracy that
 ///   the validation found make that out,
 /// - the validation points agree with what the model predicts, by drift_check()'s two questions, for the

@@ -56,7 +56,7 @@ std::optional<Finding> narrow_poses(const RobotModel& robot, std::span<const Mea
     ++count;
   }
   if (2 * count <= robot.joint_count()) return std::nullopt;
-  return Finding{Severity::Doubt,
+  return Finding{Severity::Warning,
                  "the poses take up less than a quarter of the range of most joints: " + narrow +
                      "; elsewhere the model was not seen: measure poses over the whole range, or state that "
                      "it is used there alone (--local, or the task of the cell file)"};
@@ -78,7 +78,7 @@ std::optional<Finding> rounded_joints(const CalibratedCell& cell, std::span<cons
   const double left_mm = left.norm() / std::sqrt(coordinates);
   if (left_mm < kRoundedLeast * rounding_mm || left_mm > kRoundedMost * rounding_mm) return std::nullopt;
   return Finding{
-      step_deg > 0.05 ? Severity::Doubt : Severity::Advice,
+      step_deg > 0.05 ? Severity::Warning : Severity::Advice,
       formatted("all joints are given to %g deg, which alone leaves %.2f mm in each coordinate, and "
                 "%.2f mm are left: give them with four decimals",
                 step_deg, rounding_mm, left_mm)};

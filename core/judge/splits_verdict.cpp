@@ -28,7 +28,7 @@ Finds beyond_tolerance(Splits splits, const std::optional<double>& tolerance_mm)
   if (beyond == 0) return std::nullopt;
   const JudgedSplit& worst = *std::ranges::max_element(splits, {}, &JudgedSplit::largest_mm);
   return Finding{
-      Severity::Refusal,
+      Severity::Error,
       "errors of " + share_of(beyond, splits) +
           formatted(" are beyond the tolerance of %.3f mm, the largest, %.3f mm, in that of seed %" PRIu64,
                     *tolerance_mm, worst.largest_mm, worst.seed)};
@@ -53,8 +53,8 @@ Finds found_of_others(Splits splits, Severity severity, const std::string& do_wh
 
 /// So many raise doubts as chance alone does not.
 Finds doubts_of_others(Splits splits) {
-  Finds found = found_of_others(splits, Severity::Doubt, "raise doubts");
-  const auto doubted = std::ranges::count(splits, Severity::Doubt, gravest);
+  Finds found = found_of_others(splits, Severity::Warning, "raise doubts");
+  const auto doubted = std::ranges::count(splits, Severity::Warning, gravest);
   if (found && 2 * doubted <= std::ssize(splits)) found->severity = Severity::Note;
   return found;
 }
@@ -63,9 +63,8 @@ Finds doubts_of_others(Splits splits) {
 
 CalibrationVerdict verdict_over_splits(Splits splits, std::optional<double> tolerance_mm) {
   CalibrationVerdict verdict = splits.front().verdict;
-  for (Finds found :
-       {beyond_tolerance(splits, tolerance_mm),
-        found_of_others(splits, Severity::Refusal, "refuse the model"), doubts_of_others(splits)})
+  for (Finds found : {beyond_tolerance(splits, tolerance_mm),
+                      found_of_others(splits, Severity::Error, "refuse the model"), doubts_of_others(splits)})
     if (found) verdict.findings.push_back(*std::move(found));
   std::ranges::stable_sort(verdict.findings, std::ranges::greater{}, &Finding::severity);
   return verdict;

@@ -17,9 +17,9 @@ struct JudgedSplit {
 
 /// The one verdict on a calibration that was validated by several splits. It has
 /// - the findings on the first, whose model is kept,
-/// - a refusal where an error of any split is beyond the tolerance,
-/// - a refusal where another split than the first is refused, and
-/// - what other splits than the first raise doubts: a doubt where more than half of all do, else a note.
+/// - an error where a position error of any split is beyond the tolerance,
+/// - an error where another split than the first is refused, and
+/// - what other splits than the first warn of: a warning where more than half of all do, else a note.
 ///
 /// A doubt that chance raises on a sound campaign in one of 200 splits is raised in more than half of them
 /// less often than one in 100 times, with any number of splits (Markov): more splits find more, and do not

@@ -69,7 +69,7 @@ std::string BaseCampaign::touch_wish(std::size_t point, int touch) const {
 CampaignOutcome<void> BaseCampaign::read(std::size_t point) {
   const FixturePoint& wanted = order_.points[point];
   const Eigen::Vector3d p_W_mm = order_.by.cell.base.isometry() * wanted.p_B_mm;
-  const double search_mm = session_.config().tracker.search_first_mm;
+  const double search_mm = session_.config().tracker.first_search_radius_mm;
   std::string sentence = wish(point);
   co_await session_.wait_for_hand(sentence);
   for (int n = 0; n < order_.readings;) {

@@ -238,7 +238,7 @@ boost::asio::awaitable<void> CalibrationCampaign::judge_again() {
 
 void CalibrationCampaign::tell_doubts() {
   for (const Finding& finding : found().verdict.findings)
-    if (finding.severity >= Severity::Doubt)
+    if (finding.severity >= Severity::Warning)
       session_.report_trouble("the model is in doubt: " + finding.sentence);
 }
 

@@ -157,7 +157,7 @@ void correct_stand(const std::vector<StoredPoint>& measured, const config::CellC
   const StandHistory history = stand_history(seen, config.tracker.noise);
   const bool correct = config.campaign.correct_by_nests;
   for (const std::string& move : described_moves(history))
-    corrected.findings.push_back({correct ? Severity::Note : Severity::Doubt,
+    corrected.findings.push_back({correct ? Severity::Note : Severity::Warning,
                                   move + (correct ? "; its points were put right by that" : "")});
   for (const std::string& doubt : history.doubts) corrected.findings.push_back({Severity::Advice, doubt});
   if (!correct || !history.moved()) return;

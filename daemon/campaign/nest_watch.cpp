@@ -19,7 +19,7 @@ CampaignOutcome<void> NestWatch::measure() {
   poses_since_ = 0;
   if (seen_mm_.empty()) co_return std::expected<void, CampaignError>{};
   const config::TrackerConfig& tracker = session_.config().tracker;
-  const double search_mm = begun_ ? tracker.search_mm : tracker.search_first_mm;
+  const double search_mm = begun_ ? tracker.search_radius_mm : tracker.first_search_radius_mm;
   const int number = session_.next_number();
   for (std::size_t nest = 0; nest < seen_mm_.size(); ++nest) {
     const std::string name = kNestName + std::to_string(nest + 1);

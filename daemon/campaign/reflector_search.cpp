@@ -15,7 +15,7 @@ constexpr double kOfSpacing = 0.3;
 DeviceError cannot_tell() {
   return {Remedy::Retry,
           "tracker: which of the reflectors it found cannot be told, as not all are that should "
-          "be seen here: take those that are not there out of the cell file, or correct tracker.placement"};
+          "be seen here: take those that are not there out of the cell file, or correct tracker.robot_base"};
 }
 
 /// The least distance between any two.
@@ -59,7 +59,7 @@ Eigen::Vector3d ReflectorSearch::place_mm(const Stand& stand, std::size_t reflec
 double ReflectorSearch::alone_mm() const {
   std::vector<Eigen::Vector3d> places_mm;
   for (const Reflector& reflector : expected_.reflectors) places_mm.push_back(reflector.p_FS_mm);
-  return std::min(config_.tracker.search_first_mm, kOfSpacing * spacing_mm(places_mm));
+  return std::min(config_.tracker.first_search_radius_mm, kOfSpacing * spacing_mm(places_mm));
 }
 
 /// With base and reflectors where they are known to be by now.
@@ -100,7 +100,7 @@ CellDevices::Sight ReflectorSearch::sight(const Stand& stand, const Eigen::Vecto
                                           double radius_mm) const {
   const config::TrackerConfig& tracker = config_.tracker;
   return {.p_W_mm = p_W_mm,
-          .search_mm = placement_known_ ? reach_ * tracker.search_mm : radius_mm,
+          .search_mm = placement_known_ ? reach_ * tracker.search_radius_mm : radius_mm,
           .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : radius_mm,
           .readings = stand.readings,
           .two_face = stand.two_face};
@@ -126,7 +126,7 @@ CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::one_by_one(Stand st
   std::optional<DeviceError> first_error;
   for (const std::size_t reflector : reflectors) {
     const Eigen::Vector3d p_W_mm = place_mm(stand, reflector);
-    CellDevices::Sight look = sight(stand, p_W_mm, config_.tracker.search_first_mm);
+    CellDevices::Sight look = sight(stand, p_W_mm, config_.tracker.first_search_radius_mm);
     auto sighted = co_await devices_.measure(look);
     if (sighted) {
       seen.found.push_back({reflector, *sighted});
@@ -148,7 +148,7 @@ CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::by_their_shape(
     Stand stand, std::vector<std::size_t> reflectors) {
   Places places_mm;
   for (const std::size_t reflector : reflectors) places_mm.push_back(place_mm(stand, reflector));
-  CellDevices::Sight look = sight(stand, places_mm.front(), config_.tracker.search_first_mm);
+  CellDevices::Sight look = sight(stand, places_mm.front(), config_.tracker.first_search_radius_mm);
   auto first = co_await devices_.measure(look);
   if (!first) co_return std::unexpected(first.error());
   for (std::size_t which = 0; which < places_mm.size(); ++which) {
@@ -168,7 +168,7 @@ CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::unless_another(Stan
                                                                             std::size_t expected) {
   Places places_mm;
   for (std::size_t k = 0; k < names_.size(); ++k) places_mm.push_back(place_mm(stand, k));
-  CellDevices::Sight look = sight(stand, places_mm[expected], config_.tracker.search_first_mm);
+  CellDevices::Sight look = sight(stand, places_mm[expected], config_.tracker.first_search_radius_mm);
   auto first = co_await devices_.measure(look);
   if (!first) co_return std::unexpected(first.error());
   const double radius_mm = kOfSpacing * spacing_mm(places_mm);

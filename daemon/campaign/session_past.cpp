@@ -146,7 +146,7 @@ MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::meas
                                         ? campaign.approach_deg * kRadPerDeg
                                         : approach_way_rad(campaign, before.pose),
                          .q_from = {}};
-  const double search_mm = is_nest ? config_.tracker.search_first_mm : search_.alone_mm();
+  const double search_mm = is_nest ? config_.tracker.first_search_radius_mm : search_.alone_mm();
   CellDevices::Sight sight{.p_W_mm = p_W_mm,
                            .search_mm = search_mm,
                            .gate_mm = search_mm,

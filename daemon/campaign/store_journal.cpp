@@ -266,7 +266,7 @@ std::pair<double, double> validated_mm(const CampaignResult& result) {
 std::string why_not_activated(const CalibrationVerdict& verdict) {
   std::string text = "the model was not activated: ";
   for (const Finding& finding : verdict.findings)
-    if (finding.severity >= Severity::Doubt) text += finding.sentence + "; ";
+    if (finding.severity >= Severity::Warning) text += finding.sentence + "; ";
   return text + "look into that and identify again, or activate it by hand";
 }
 

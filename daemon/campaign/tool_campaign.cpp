@@ -112,7 +112,7 @@ CampaignOutcome<void> ToolCampaign::put_reflector_at(std::size_t point) {
   CalibratedCell cell = session_.expected();
   if (order_.points[point].p_F_mm == order_.points.front().p_F_mm)
     cell.reflectors[point].p_FS_mm = cell.reflectors.front().p_FS_mm;
-  session_.expect(std::move(cell), tracker.search_first_mm / tracker.search_mm);
+  session_.expect(std::move(cell), tracker.first_search_radius_mm / tracker.search_radius_mm);
   for (MeasuringTarget& target : targets_)
     target = session_.new_target(PointPurpose::Frame, target.q_target, Replacement::Near);
   Done kept = co_await session_.keep_plan(targets_);

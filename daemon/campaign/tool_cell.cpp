@@ -19,7 +19,7 @@ void add_rod(const Eigen::Vector3d& reach_F_mm, config::RobotConfig& robot) {
 }  // namespace
 
 config::CellConfig cell_with_tool(config::CellConfig cell, const ToolOrder& order) {
-  cell.tracker.placement = order.by.cell.base.isometry();
+  cell.tracker.robot_base = order.by.cell.base.isometry();
   config::ReflectorConfig reflector = cell.reflector;
   reflector.facing_F = order.facing_F.value_or(reflector.facing_F);
   if (order.reach_F_mm) add_rod(*order.reach_F_mm, cell.robot);

@@ -101,7 +101,7 @@ json::object StandingFaults::Standing::json() const {
 
 void StandingFaults::publish(const Standing& fault, bool standing) {
   json::object event = fault.json();
-  event["standing"] = standing;
+  event["active"] = standing;
   events_.publish(control::Topic::Fault, event);
 }
 

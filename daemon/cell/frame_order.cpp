@@ -75,14 +75,14 @@ ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& confi
   order.number = static_cast<int>(read.required(read.integer("number", 1, 1000), "number"));
   const auto names = read.texts("points").value_or(std::vector<std::string>{kOrigin});
   const auto at = read.rows("at", 3, config::kMostReflectors);
-  const auto known = read.rows("known", 3, config::kMostReflectors);
+  const auto known = read.rows("nominal", 3, config::kMostReflectors);
   const auto facing = read.rows("facing", 3, 1), orientation = read.rows("orientation", 3, 1);
   order.together = read.boolean("together").value_or(false);
   order.poses = static_cast<int>(read.integer("poses_per_point", 1, 100).value_or(order.poses));
   if (names.empty() || names.size() > config::kMostReflectors)
     read.fail("points", "expected 1 to " + std::to_string(config::kMostReflectors));
   if (at && at->size() != names.size()) read.fail("at", "expected a row for each of the points");
-  if (known && known->size() != names.size()) read.fail("known", "expected a row for each of the points");
+  if (known && known->size() != names.size()) read.fail("nominal", "expected a row for each of the points");
   if (order.together && names.size() > 1 && !at)
     read.fail("at", "missing: reflectors that are seen together are told apart by where they are");
 
@@ -98,7 +98,7 @@ ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& confi
     order.assumed = formatted(
         "tool %d: the reflector is looked for within %.0f mm of (%.0f %.0f %.0f) mm in the "
         "flange, %s",
-        order.number, config.tracker.search_first_mm, assumed.p_F_mm.x(), assumed.p_F_mm.y(),
+        order.number, config.tracker.first_search_radius_mm, assumed.p_F_mm.x(), assumed.p_F_mm.y(),
         assumed.p_F_mm.z(), assumed.by_what.c_str());
   if (facing && vector_of(facing->front()).norm() < 1e-6) read.fail("facing", "a direction of no length");
   if (facing) order.facing_F = vector_of(facing->front()).normalized();
@@ -116,7 +116,7 @@ BaseOrder base_order(control::ParamReader& read, const ToolService& tools) {
   order.number = static_cast<int>(read.required(read.integer("number", 1, 1000), "number"));
   const auto names = read.required(read.texts("points"), "points");
   const auto at = read.rows("at", 3, kMostFixturePoints);
-  const auto known = read.rows("known", 3, kMostFixturePoints);
+  const auto known = read.rows("nominal", 3, kMostFixturePoints);
   const auto touching = read.integer("touch", 1, 1000);
   const bool touched = touching.has_value();
   if (touched) order.touch = touch_order(static_cast<int>(*touching), read, tools);
@@ -131,7 +131,7 @@ BaseOrder base_order(control::ParamReader& read, const ToolService& tools) {
   if (at && touched)
     read.fail("at", "the tracker looks for no points that touch asks for: leave out one of both");
   if (at && at->size() != names.size()) read.fail("at", "expected a row for each of the points");
-  if (known && known->size() != names.size()) read.fail("known", "expected a row for each of the points");
+  if (known && known->size() != names.size()) read.fail("nominal", "expected a row for each of the points");
   std::vector<FramePoint> points;
   for (std::size_t i = 0; i < names.size(); ++i) {
     FixturePoint& point = order.points.emplace_back(FixturePoint{{names[i], std::nullopt}});

@@ -13,6 +13,7 @@
 #include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/record/calibration_document.hpp"
+#include "proto/text/renamed.hpp"
 
 namespace truepose::daemon {
 
@@ -34,7 +35,8 @@ void read_named(ParamReader& read, const char* key, const std::array<Named<T>, N
   if (!given) return;
   const auto known = std::ranges::find(names, *given, &Named<T>::name);
   if (known != names.end()) value = known->value;
-  if (known == names.end()) read.fail(key, "no " + std::string{key} + " \"" + *given + "\"");
+  if (known == names.end())
+    read.fail(key, "no " + std::string{key} + " \"" + *given + "\"" + renamed(*given, names_of(names)));
 }
 
 void read_residual(ParamReader& read, std::vector<RegressorKind>& residual) {
@@ -47,7 +49,7 @@ void read_residual(ParamReader& read, std::vector<RegressorKind>& residual) {
 
 void read_options(ParamReader& read, config::CellConfig& config) {
   config::CalibrationConfig& options = config.calibration;
-  read_named(read, "deviation", kNoneOrAuto, options.deviation);
+  read_named(read, "non_geometric", kNoneOrAuto, options.non_geometric);
   if (auto harmonics = read.integers("harmonics", 1, 10'000, 32)) options.harmonics = *std::move(harmonics);
   read_residual(read, options.residual);
   read_named(read, "loss", kLossNames, options.loss);

@@ -20,7 +20,7 @@ StreamCounters LastMinute::of(const StreamCounters& now) const {
   since.held = now.held - then.held;
   since.duplicate = now.duplicate - then.duplicate;
   since.late = now.late - then.late;
-  since.late_by_us = now.late_by_us - then.late_by_us;
+  since.late_by_daemon = now.late_by_daemon - then.late_by_daemon;
   since.late_by_machine = now.late_by_machine - then.late_by_machine;
   since.late_by_network = now.late_by_network - then.late_by_network;
   return since;

@@ -79,7 +79,7 @@ json::object percentiles_json(const LatencyHistogram::Summary& summary) {
 json::object late_json(const StreamCounters& c) {
   return {{"answered", c.replies()},
           {"late", c.late},
-          {"us", c.late_by_us},
+          {"daemon", c.late_by_daemon},
           {"machine", c.late_by_machine},
           {"network", c.late_by_network}};
 }
@@ -156,14 +156,14 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
            "; the ethernet configuration on the controller must be the one that truepose reads, " + file +
            ": load that one there";
   }
-  if (is.foreign > was.foreign && refused.foreign) {
-    return std::to_string(is.foreign - was.foreign) + " packets came to " + port +
+  if (is.unexpected_sender > was.unexpected_sender && refused.foreign) {
+    return std::to_string(is.unexpected_sender - was.unexpected_sender) + " packets came to " + port +
            ", but not from the controller (" + config.robot.rsi_peer + "): the last new sender is " +
            text(*refused.foreign) +
            "; if that is the controller's address in the RSI network, give it as robot.rsi_peer and restart "
            "trueposed, else look where the controller sends to, and stop that sender";
   }
-  if (is.wrong_ipoc > was.wrong_ipoc || is.unproven > was.unproven)
+  if (is.wrong_ipoc > was.wrong_ipoc || is.unconfirmed > was.unconfirmed)
     return "the controller's packets follow no order: its IPOC does not rise from packet to packet; "
            "look whether a second program sends there, and start the robot program again";
   return "no packet came to " + port +
@@ -204,11 +204,11 @@ json::object stream_json(const StreamStatus& status, const StreamTimes& times,
       {"answered", c.replies()},
       {"held", c.held},
       {"duplicate", c.duplicate},
-      {"unproven", c.unproven},
+      {"unconfirmed", c.unconfirmed},
       {"wrong_ipoc", c.wrong_ipoc},
       {"malformed", c.malformed},
       {"partly_read", c.partly_read},
-      {"foreign", c.foreign},
+      {"unexpected_sender", c.unexpected_sender},
       {"refused", text_json(around.refused)},
       {"late", c.late},
       {"lost", c.lost},
@@ -218,7 +218,8 @@ json::object stream_json(const StreamStatus& status, const StreamTimes& times,
       {"max_step_deg", status.max_step_deg},
       {"correction_deg", std::move(correction_deg)},
       {"measured_deg", std::move(measured_deg)},
-      {"late_by", {{"us", c.late_by_us}, {"machine", c.late_by_machine}, {"network", c.late_by_network}}},
+      {"late_by",
+       {{"daemon", c.late_by_daemon}, {"machine", c.late_by_machine}, {"network", c.late_by_network}}},
       {"last_minute", late_json(around.last_minute)},
       {"turnaround_us", percentiles_json(times.turnaround)},
       {"compute_us", percentiles_json(times.compute)},

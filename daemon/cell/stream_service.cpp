@@ -24,7 +24,8 @@ namespace {
 constexpr Duration kLook = 50ms;
 constexpr Duration kTell = 1s;
 constexpr Duration kModesDiffer = 5s;  // more than the state server takes to see a change
-constexpr Duration kUnproven = 1s;  // a session that begins shows within some cycles that nothing is in force
+constexpr Duration kUnconfirmed =
+    1s;  // a session that begins shows within some cycles that nothing is in force
 constexpr Duration kDeviceAnswer = 5s;
 constexpr Duration kLeave = 2s;  // RSI_OFF follows the Stop bit within some cycles, then kSilence
 constexpr Duration kStartProgram = 20s;
@@ -272,7 +273,7 @@ void StreamService::look() {
   }
   const bool closed = runner_.armed() && known_silent(status);
   if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
-  runner_.faults().stand(now - proven_ >= kUnproven, {"E_STREAM_UNPROVEN", "warning", reason(status)});
+  runner_.faults().stand(now - proven_ >= kUnconfirmed, {"E_STREAM_UNCONFIRMED", "warning", reason(status)});
   compare_modes(status);
   look_at_robot(status);
   look_whose_arm_it_is(status);
@@ -399,7 +400,7 @@ void StreamService::look_for_silence(const StreamStatus& status) {
   }
   const bool waits = silent && goes_on_by_itself;
   runner_.faults().stand(waits,
-                         {"E_STREAM_SILENT", "warning",
+                         {"E_STREAM_TIMEOUT", "warning",
                           silence_text(lasts) + "; the correction goes on when it does (rearm: automatic)"});
   if (runner_.in<Streaming>()) runner_.await(CellDevice::Controller, waits ? "it sends no RSI packet" : "");
 }

@@ -23,7 +23,7 @@ json::object Jobs::Job::json() const {
                              : *result ? "done"
                                        : "failed"},
                    {"doing", doing},
-                   {"begun", control::rfc3339(begun)},
+                   {"started", control::rfc3339(started)},
                    {"ended", result ? json::value(control::rfc3339(ended)) : json::value{}}};
   if (result && !*result) job["error"] = control::error_json(result->error());
   return job;

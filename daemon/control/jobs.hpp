@@ -48,7 +48,7 @@ class Jobs {
  private:
   struct Job {
     std::string id, method, by;
-    std::chrono::system_clock::time_point begun;
+    std::chrono::system_clock::time_point started;
     Tell tell;
     std::string doing{};             ///< one sentence, while it is under way
     std::optional<Result> result{};  ///< none while it is under way

@@ -29,7 +29,7 @@ std::optional<LateBy> Lateness::judge(const drivers::CycleTimes& times) noexcept
   busy_until_ = times.sent;
   const Duration greatest = std::max({network, waited, us, machine});
   if (greatest != waited) {
-    held_up_ = greatest == us ? LateBy::Us : greatest == machine ? LateBy::Machine : LateBy::Network;
+    held_up_ = greatest == us ? LateBy::Daemon : greatest == machine ? LateBy::Machine : LateBy::Network;
   }
   const bool late = network + (times.sent - times.received) > cycle_ / 2;
   return late ? std::optional{held_up_} : std::nullopt;

@@ -9,7 +9,7 @@
 namespace truepose::daemon {
 
 enum class LateBy : std::uint8_t {
-  Us,       ///< the reply took long to compute
+  Daemon,   ///< the reply took long to compute
   Machine,  ///< the thread was woken late, kept from running, or waited for the socket
   Network,  ///< the datagram came late against the controller's own count
 };

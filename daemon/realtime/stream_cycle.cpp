@@ -105,7 +105,7 @@ void StreamCycle::count(const drivers::CycleTimes& times) noexcept {
   turnaround_.record(times.sent - times.received);
   compute_.record(times.ready - times.taken);
   const auto late_by = lateness_.judge(times);
-  status_.counters.late_by_us += late_by == LateBy::Us;
+  status_.counters.late_by_daemon += late_by == LateBy::Daemon;
   status_.counters.late_by_machine += late_by == LateBy::Machine;
   status_.counters.late_by_network += late_by == LateBy::Network;
 }
@@ -118,7 +118,7 @@ void StreamCycle::nothing_came(drivers::TimePoint until) noexcept {
 
 /// Counted, and named once for each address.
 void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
-  ++status_.counters.foreign;
+  ++status_.counters.unexpected_sender;
   const auto known = foreign_.begin() + static_cast<std::ptrdiff_t>(foreign_count_);
   if (foreign_count_ == foreign_.size() || std::find(foreign_.begin(), known, source.address) != known)
     return;
@@ -201,7 +201,7 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
       ++status_.counters.wrong_ipoc;
       return {};
     case Turn::Unproven:
-      ++status_.counters.unproven;
+      ++status_.counters.unconfirmed;
       last_commanded_.reset();
       following_.restart();
       return {};

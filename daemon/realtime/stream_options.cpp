@@ -56,7 +56,7 @@ StreamOptions StreamOptions::of(const config::CellConfig& cell) {
   return {.max_step_rad = config.max_step_deg * kRadPerDeg,
           .max_total_rad = config.max_total_deg * kRadPerDeg,
           .limit_margin_rad = config.limit_margin_deg * kRadPerDeg,
-          .singular_below_rad = config.singular_deg * kRadPerDeg,
+          .singular_below_rad = config.singularity_threshold_deg * kRadPerDeg,
           .ramp_cycles = cycles(config.ramp),
           .broken_cycles = cycles(1s),
           .timeout_cycles = config.timeout_cycles,

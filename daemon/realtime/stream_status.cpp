@@ -130,7 +130,7 @@ std::string_view name(StreamState state) {
     case StreamState::Idle:
       return "idle";
     case StreamState::Unproven:
-      return "unproven";
+      return "unconfirmed";
     case StreamState::RampingIn:
       return "ramping in";
     case StreamState::Active:

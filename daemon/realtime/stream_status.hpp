@@ -67,26 +67,27 @@ struct FoundFault {
   FaultDetail detail{};
 };
 
-/// Every datagram of the controller is in exactly one of answered, held, duplicate, wrong_ipoc, unproven and
-/// unanswered.
+/// Every datagram of the controller is in exactly one of answered, held, duplicate, wrong_ipoc, unconfirmed
+/// and unanswered.
 struct StreamCounters {
   std::uint64_t datagrams = 0;  ///< of the controller alone
   std::uint64_t answered = 0;   ///< with a correction of its own cycle (zero while idle)
   std::uint64_t held =
       0;  ///< with the last correction, because the frame, the model or a latched fault forbade another
-  std::uint64_t duplicate = 0;   ///< a repeated IPOC, given the same reply
-  std::uint64_t wrong_ipoc = 0;  ///< out of order, or repeated and there is no reply to repeat; not answered
-  std::uint64_t unproven = 0;    ///< not answered, because what the controller has in force was not known
-  std::uint64_t unanswered = 0;  ///< malformed, and nothing to hold on to
-  std::uint64_t malformed = 0;   ///< frames that could not be believed (among held, duplicate and unanswered)
+  std::uint64_t duplicate = 0;    ///< a repeated IPOC, given the same reply
+  std::uint64_t wrong_ipoc = 0;   ///< out of order, or repeated and there is no reply to repeat; not answered
+  std::uint64_t unconfirmed = 0;  ///< not answered, because what the controller has in force was not known
+  std::uint64_t unanswered = 0;   ///< malformed, and nothing to hold on to
+  std::uint64_t malformed = 0;  ///< frames that could not be believed (among held, duplicate and unanswered)
   std::uint64_t partly_read =
       0;  ///< frames with an element that could not be read, and is not what is corrected by
-  std::uint64_t foreign = 0;      ///< datagrams of others than the controller, dropped (in no other figure)
+  std::uint64_t unexpected_sender =
+      0;                          ///< datagrams of others than the controller, dropped (in no other figure)
   std::uint64_t no_solution = 0;  ///< cycles in which the calibrated arm was not inverted, or not near
   std::uint64_t damped = 0;       ///< cycles that gave up orientation next to the wrist singularity
   std::uint64_t lost = 0;         ///< cycles missing in the controller's IPOC
   std::uint64_t late = 0;  ///< replies that were sent and that the controller did not have in time (Delay)
-  std::uint64_t late_by_us = 0, late_by_machine = 0, late_by_network = 0;  ///< replies, see Lateness
+  std::uint64_t late_by_daemon = 0, late_by_machine = 0, late_by_network = 0;  ///< replies, see Lateness
   std::uint64_t sessions = 0;  ///< starts of the controller's side
   std::uint64_t clamped_step = 0, clamped_total = 0, clamped_limit = 0, clamped_not_finite = 0;
 

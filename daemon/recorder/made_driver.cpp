@@ -105,7 +105,7 @@ MadeTracker MadeTracker::of(const config::TrackerConfig& config) {
           .port = config.address.port,
           .reflector = config.reflector,
           .measure = config.measure,
-          .initialise_again = config.initialise_again,
+          .initialise_again = config.reinitialise_after,
           .told_air = config.air || !config.air_file.empty(),
           .memory = {}};
 }

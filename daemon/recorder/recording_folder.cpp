@@ -77,7 +77,7 @@ std::vector<std::string> RecordingFolder::prune() const {
   for (const Entry& entry : list()) {
     ++count;
     bytes += entry.bytes;
-    const bool too_much = count > config_.most_files || bytes > std::uintmax_t{config_.most_mb} << 20U;
+    const bool too_much = count > config_.max_files || bytes > std::uintmax_t{config_.max_mb} << 20U;
     std::error_code failed;
     if (count > 1 && too_much && fs::remove(config_.folder / entry.name, failed))
       removed.push_back(entry.name);

@@ -74,8 +74,8 @@ std::string deviation_lines(const LayerSelection& deviation) {
     groups += fmt::format("  without {:<22}{:>8} mm, {:.1f} % more\n", group_text(group.name),
                           error_text(group.without_mm), 100 * (group.without_mm / group.with_mm - 1));
   }
-  if (groups.empty()) return "\nJoint deviations: none predicts unseen poses better.\n";
-  return fmt::format("\nJoint deviations: cross-validated RMS {} mm -> {} mm\n",
+  if (groups.empty()) return "\nNon-geometric errors: none predicts unseen poses better.\n";
+  return fmt::format("\nNon-geometric errors: cross-validated RMS {} mm -> {} mm\n",
                      error_text(deviation.without_mm), error_text(deviation.with_mm)) +
          groups;
 }
@@ -99,7 +99,7 @@ std::string thermal_lines(const record::Thermal& thermal) {
   if (!thermal.chosen) return "\nWarmth: the arm is predicted as well without it.\n";
   std::string at =
       fmt::format("lengths by {:.1f} ppm per kelvin; the model is that of drives at {:.1f} C on average",
-                  thermal.growth_ppm_per_k, mean_of(thermal.reference_c));
+                  thermal.expansion_ppm_per_k, mean_of(thermal.reference_c));
   const double reached = mean_of(thermal.reference_c);
   const std::string arm = reached < 1
                               ? fmt::format("the arm at the last point, {:.0f} % of the way", 100 * reached)
@@ -140,7 +140,7 @@ std::string turn_lines(const ReportDocument& document) {
   std::string text;
   for (const PoseSet set : {PoseSet::Identify, PoseSet::Validate}) {
     if (set == PoseSet::Validate && !document.validate) continue;
-    if (const auto& turns = document.errors_of(set).turns)
+    if (const auto& turns = document.errors_of(set).orientation_errors)
       text += fmt::format("{} of 6-D targets, {}: {}\n",
                           text.empty() ? "\nOrientation error" : "Orientation error",
                           set == PoseSet::Validate ? "validation" : "identification", turns_text(*turns));
@@ -156,15 +156,16 @@ std::string findings(const ReportDocument& document) {
   if (document.residual_layers) text += residual_lines(*document.residual_layers);
   if (document.thermal) text += thermal_lines(*document.thermal);
   text += far_lines("Points to identify that were left out", document.rejected) +
-          far_lines("Validation points beyond six sigma", document.far_validation);
+          far_lines("Validation points beyond six sigma", document.validation_outliers);
   if (const auto& told = document.observability) {
-    text += sentence_lines("What the poses cannot tell", told->unknown) +
-            sentence_lines("What the data sheet knows better", told->weak);
+    text += sentence_lines("What the poses cannot tell", told->not_identifiable) +
+            sentence_lines("What the data sheet knows better", told->weakly_identifiable);
   }
   if (const std::string prior = prior_text(document); !prior.empty()) text += "\n" + prior + "\n";
-  if (document.transfer) {
-    text += fmt::format("\n{}\n", transfer_text(*document.transfer));
-    if (!document.transfer->warning.empty()) text += fmt::format("Warning: {}\n", document.transfer->warning);
+  if (document.prediction_uncertainty) {
+    text += fmt::format("\n{}\n", transfer_text(*document.prediction_uncertainty));
+    if (!document.prediction_uncertainty->warning.empty())
+      text += fmt::format("Warning: {}\n", document.prediction_uncertainty->warning);
   }
   if (document.production) text += "\n" + production_text(*document.production);
   return text;
@@ -255,7 +256,8 @@ std::string prior_text(const ReportDocument& document) {
 }
 
 std::string distance_text(const record::Rejected& point) {
-  if (point.turn_rad > 0) return fmt::format("turned by {:.3f} deg", point.turn_rad * kDegPerRad);
+  if (point.orientation_error_rad > 0)
+    return fmt::format("turned by {:.3f} deg", point.orientation_error_rad * kDegPerRad);
   return error_text(point.residual_mm) + " mm";
 }
 

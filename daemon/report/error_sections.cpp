@@ -177,7 +177,7 @@ std::string turns_section(const ReportDocument& document) {
   std::string lines;
   for (const PoseSet set : {PoseSet::Validate, PoseSet::Identify}) {
     if (set == PoseSet::Validate && !document.validate) continue;
-    if (const auto& turns = document.errors_of(set).turns)
+    if (const auto& turns = document.errors_of(set).orientation_errors)
       lines += note(fmt::format("{}: {}.", set == PoseSet::Validate ? "Validation" : "Identification",
                                 turns_text(*turns)));
   }
@@ -229,7 +229,7 @@ std::string far_section(std::string_view title, std::string_view lead,
   Table table{"rejected", {{}, {"error, mm"}, {"standard deviations"}}};
   for (const record::Rejected& point : points)
     table.row(xml::escaped(place_text(point)),
-              {point.turn_rad > 0 ? distance_text(point) : error_text(point.residual_mm),
+              {point.orientation_error_rad > 0 ? distance_text(point) : error_text(point.residual_mm),
                fmt::format("{:.0f}", point.sigmas)});
   return section(title, note(lead) + std::move(table).scrolled());
 }
@@ -243,7 +243,7 @@ std::string rejected_section(const ReportDocument& document) {
          far_section(
              "Validation points beyond six sigma",
              "The same of points that validate. They are in the statistics of the validation all the same.",
-             document.far_validation);
+             document.validation_outliers);
 }
 
 }  // namespace truepose::report

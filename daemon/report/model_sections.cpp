@@ -203,12 +203,12 @@ HeatMap heat_map(const record::UncertaintyMap& map, const ReportDocument& docume
 }
 
 std::string uncertainty_maps(const ReportDocument& document) {
-  if (document.transfer->maps.empty()) return "";
+  if (document.prediction_uncertainty->maps.empty()) return "";
   std::vector<HeatMap> maps;
   // One scale for all maps, so that they compare.
   ColorScale scale{std::numeric_limits<double>::infinity(), 0};
   std::string svgs, held;
-  for (const record::UncertaintyMap& map : document.transfer->maps) {
+  for (const record::UncertaintyMap& map : document.prediction_uncertainty->maps) {
     maps.push_back(heat_map(map, document));
     for (const std::vector<double>& row : maps.back().values) {
       scale.lo = std::min(scale.lo, std::ranges::min(row));
@@ -287,16 +287,17 @@ std::string unknown_section(const ReportDocument& document) {
   if (!told && prior.empty()) return "";
   return section(
       "What the data cannot tell",
-      (told ? sentence_list("Open, whatever the tracker's noise", escaped_all(told->unknown)) +
-                  sentence_list("Seen, but known less well than from the data sheet", escaped_all(told->weak))
+      (told ? sentence_list("Open, whatever the tracker's noise", escaped_all(told->not_identifiable)) +
+                  sentence_list("Seen, but known less well than from the data sheet",
+                                escaped_all(told->weakly_identifiable))
             : "") +
           (prior.empty() ? "" : fmt::format("<h3>Prior</h3>\n<p>{}</p>\n", xml::escaped(prior))) +
           figures(document));
 }
 
 std::string transfer_section(const ReportDocument& document) {
-  if (!document.transfer) return "";
-  const record::Transfer& transfer = *document.transfer;
+  if (!document.prediction_uncertainty) return "";
+  const record::Transfer& transfer = *document.prediction_uncertainty;
   std::string html = fmt::format("<p>{} It is worst with joint {} (deg, mm for a prismatic joint).</p>\n",
                                  transfer_text(transfer), joint_list(transfer.worst_joints, {}));
   if (!transfer.warning.empty())

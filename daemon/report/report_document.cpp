@@ -103,7 +103,8 @@ CalibrationFigures figures_of(const ReportDocument& document) {
           .before = document.judged().before,
           .after = document.achieved(),
           .unseen_poses = document.validate ? document.validate->poses : 0,
-          .worse_elsewhere = document.transfer && !document.transfer->warning.empty()};
+          .worse_elsewhere =
+              document.prediction_uncertainty && !document.prediction_uncertainty->warning.empty()};
 }
 
 /// What `f` makes of it, if it exists.
@@ -125,7 +126,7 @@ ReportDocument read_document(const boost::json::object& document) {
   }
   const auto layers = [](const auto& choice) { return layers_of(choice); };
   result.spreads = optionally(result.spread, errors_of);
-  result.deviation_layers = optionally(result.deviation, layers);
+  result.deviation_layers = optionally(result.non_geometric, layers);
   result.residual_layers = optionally(result.residual, layers);
   result.nominal = optionally(result.arm, [](const record::Arm& arm) { return arm.robot(); });
   result.X_WB = optionally(result.base, [](const BasePose& base) { return base.isometry(); });

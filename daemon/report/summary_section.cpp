@@ -38,12 +38,12 @@ std::string validation_badge(const ReportDocument& document) {
 
 std::string stream_badge(const std::optional<record::Stream>& stream) {
   if (!stream) return "";
-  const std::int64_t unanswered = stream->cycles - stream->answered - stream->unproven;
+  const std::int64_t unanswered = stream->cycles - stream->answered - stream->unconfirmed;
   if (unanswered != 0 || stream->late != 0 || stream->wrong_ipoc != 0)
     return badge(false, fmt::format("Stream: {} late, {} unanswered", stream->late, unanswered));
-  const std::string but = stream->unproven == 0
+  const std::string but = stream->unconfirmed == 0
                               ? ""
-                              : fmt::format(", but the first {} of {}", stream->unproven,
+                              : fmt::format(", but the first {} of {}", stream->unconfirmed,
                                             plural(stream->sessions, "session", "sessions"));
   return badge(true, "Every stream cycle answered in time" + but);
 }
@@ -54,10 +54,10 @@ std::string badges(const ReportDocument& document) {
       document.converged ? badge(true, "Converged") : badge(false, "Not converged: do not use this model");
   html += validation_badge(document);
   if (document.remeasured) html += badge(true, "Compensated poses measured again");
-  if (document.transfer && !document.transfer->warning.empty())
+  if (document.prediction_uncertainty && !document.prediction_uncertainty->warning.empty())
     html += badge(false, "Not known well everywhere: measure more poses");
   html += badge_of_count(document.rejected.size(), "point was left out", "points were left out") +
-          badge_of_count(document.far_validation.size(), "validation point is beyond six sigma",
+          badge_of_count(document.validation_outliers.size(), "validation point is beyond six sigma",
                          "validation points are beyond six sigma") +
           badge_of_count(document.skipped.size(), "pose was skipped", "poses were skipped") +
           stream_badge(document.stream);

@@ -73,25 +73,25 @@ void write_stream_counters(MetricsText& text, const StreamCounters& counters) {
   text.sample(count(counters.duplicate), {{"kind", "repeated"}});
   text.family("truepose_stream_unanswered_total", "counter",
               "Datagrams that were not answered, by the reason");
-  text.sample(count(counters.unproven), {{"reason", "unproven"}});
+  text.sample(count(counters.unconfirmed), {{"reason", "unconfirmed"}});
   text.sample(count(counters.wrong_ipoc), {{"reason", "wrong_ipoc"}});
   text.sample(count(counters.unanswered), {{"reason", "malformed"}});
   text.counter("truepose_stream_malformed_total", "Datagrams that could not be believed",
                count(counters.malformed));
-  text.counter("truepose_stream_foreign_total", "Datagrams of others than the controller",
-               count(counters.foreign));
+  text.counter("truepose_stream_unexpected_sender_total", "Datagrams of others than the controller",
+               count(counters.unexpected_sender));
   text.counter("truepose_stream_lost_total", "Cycles missing in the controller's IPOC", count(counters.lost));
   text.counter("truepose_stream_late_total", "Replies that the controller did not have in time",
                count(counters.late));
   text.family("truepose_stream_late_by_total", "counter", "Late replies, by what held them up");
-  text.sample(count(counters.late_by_us), {{"cause", "daemon"}});
+  text.sample(count(counters.late_by_daemon), {{"cause", "daemon"}});
   text.sample(count(counters.late_by_machine), {{"cause", "machine"}});
   text.sample(count(counters.late_by_network), {{"cause", "network"}});
   text.family("truepose_stream_clamped_total", "counter", "Corrections cut at a bound");
-  text.sample(count(counters.clamped_step), {{"bound", "step"}});
-  text.sample(count(counters.clamped_total), {{"bound", "total"}});
-  text.sample(count(counters.clamped_limit), {{"bound", "joint_limit"}});
-  text.sample(count(counters.clamped_not_finite), {{"bound", "not_finite"}});
+  text.sample(count(counters.clamped_step), {{"limit", "step"}});
+  text.sample(count(counters.clamped_total), {{"limit", "total"}});
+  text.sample(count(counters.clamped_limit), {{"limit", "joint_limit"}});
+  text.sample(count(counters.clamped_not_finite), {{"limit", "not_finite"}});
   text.counter("truepose_stream_no_solution_total", "Cycles in which the calibrated arm was not inverted",
                count(counters.no_solution));
   text.counter("truepose_stream_damped_total", "Cycles that gave up orientation next to a wrist singularity",

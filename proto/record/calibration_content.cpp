@@ -45,7 +45,7 @@ Rejected rejected_of(const RejectedPoint& rejected, const MeasurementData& data,
           .station = station_of(m, data),
           .residual_mm = rejected.residual_mm,
           .sigmas = rejected.sigmas,
-          .turn_rad = rejected.turn_rad};
+          .orientation_error_rad = rejected.turn_rad};
 }
 
 std::optional<TurnedTarget> turned_target(const Measurement& m, const CalibratedCell& cell) {
@@ -94,7 +94,7 @@ Thermal thermal_of(const ThermalChoice& choice, const RobotModel& robot) {
   x.reference_c = choice.response->reference_c;
   const Eigen::VectorXd& per_kelvin = choice.response->per_kelvin;
   x.zero_per_k = in_deg_mm(per_kelvin.head(robot.joint_count()), robot);
-  x.growth_ppm_per_k = 1e6 * per_kelvin[robot.joint_count()];
+  x.expansion_ppm_per_k = 1e6 * per_kelvin[robot.joint_count()];
   return x;
 }
 
@@ -112,14 +112,15 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   if (std::isfinite(c.rank_gap)) x.rank_gap = c.rank_gap;
   x.condition = c.observability.o2 > 0 ? c.observability.condition() : 0;  // of no parameter
   x.sigma0_mm = c.sigma0_mm;
-  x.deviation = c.deviation;
+  x.non_geometric = c.non_geometric;
   x.residual = c.residual;
   if (c.thermal) x.thermal = thermal_of(*c.thermal, c.cell.robot);
   x.observability = {c.observability, sentences(c.unknown), sentences(c.weak)};
   x.prior = {c.prior_used, c.prior_scale};
-  if (c.transfer.worst.size() > 0) x.transfer = transfer_of(c, data);
+  if (c.transfer.worst.size() > 0) x.prediction_uncertainty = transfer_of(c, data);
   for (const RejectedPoint& rejected : c.rejected) x.rejected.push_back(rejected_of(rejected, data, poses));
-  for (const RejectedPoint& far : c.far_validation) x.far_validation.push_back(rejected_of(far, data, poses));
+  for (const RejectedPoint& far : c.validation_outliers)
+    x.validation_outliers.push_back(rejected_of(far, data, poses));
   x.base = c.cell.base;
   x.stations = stations_of(c, data);
   x.smr = c.cell.reflectors;
@@ -147,10 +148,10 @@ std::string harmonics_text(const CalibrateOptions& options) {
 json::object options_json(const CalibrateOptions& options) {
   json::object document{{"Loss", name_of(kLossNames, options.loss)},
                         {"Prior", name_of(kPriorNames, options.prior)},
-                        {"Joint deviations", options.deviation ? "auto" : "none"},
+                        {"Non-geometric errors", options.non_geometric ? "auto" : "none"},
                         {"Residual field", residual_text(options)},
                         {"Warmth", name_of(kThermalNames, options.thermal)}};
-  if (options.deviation) document["Harmonics looked for"] = harmonics_text(options);
+  if (options.non_geometric) document["Harmonics looked for"] = harmonics_text(options);
   return document;
 }
 

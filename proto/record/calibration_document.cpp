@@ -97,7 +97,7 @@ void layout(auto& io, Is<StageErrors> auto& x) {
   io("before", x.before);
   io("geometric", x.geometric);
   io("after", x.after);
-  io.optional("turns", x.turns);
+  io.optional("orientation_errors", x.orientation_errors);
   io.on_read(x,
              [](auto& read) { read.before.count = read.geometric.count = read.after.count = read.points; });
 }
@@ -134,7 +134,7 @@ void layout(auto& io, Is<Thermal> auto& x) {
   io.defaulted("time_constant_poses", x.time_constant_poses, kNotNegative);
   io.defaulted("reference_c", x.reference_c);
   io.defaulted("zero_per_k", x.zero_per_k);
-  io.defaulted("growth_ppm_per_k", x.growth_ppm_per_k);
+  io.defaulted("expansion_ppm_per_k", x.expansion_ppm_per_k);
 }
 void layout(auto& io, Is<Observability> auto& x) {
   io("o1", x.indices.o1);
@@ -142,8 +142,8 @@ void layout(auto& io, Is<Observability> auto& x) {
   io("o3", x.indices.o3);
   io("o4", x.indices.o4);
   io("o5", x.indices.o5);
-  io("unknown", x.unknown);
-  io("weak", x.weak);
+  io("not_identifiable", x.not_identifiable);
+  io("weakly_identifiable", x.weakly_identifiable);
 }
 void layout(auto& io, Is<UsedPrior> auto& x) {
   io("used", x.used);
@@ -189,7 +189,7 @@ void layout(auto& io, Is<Rejected> auto& x) {
   io.optional("station", x.station);
   io("residual_mm", x.residual_mm);
   io("sigmas", x.sigmas);
-  io.optional("turn_rad", Unless{0.0, x.turn_rad}, kNotNegative);
+  io.optional("orientation_error_rad", Unless{0.0, x.orientation_error_rad}, kNotNegative);
 }
 void layout(auto& io, Is<Station> auto& x) {
   io("name", x.name);
@@ -269,7 +269,7 @@ void layout(auto& io, Is<Stream> auto& x) {
   io("answered", x.answered, kMany);
   io("late", x.late, kMany);
   io("wrong_ipoc", x.wrong_ipoc, kMany);
-  io.defaulted("unproven", x.unproven, kMany);
+  io.defaulted("unconfirmed", x.unconfirmed, kMany);
   io.defaulted("sessions", x.sessions, kMany);
   io("max_step_deg", x.max_step_deg);
   io("turnaround_us", x.turnaround_us);
@@ -322,14 +322,14 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io.optional("rank_gap", x.rank_gap);
   io("condition", x.condition);
   io.optional("sigma0_mm", x.sigma0_mm);
-  io.optional("deviation", x.deviation);
+  io.optional("non_geometric", x.non_geometric);
   io.optional("residual", x.residual);
   io.optional("thermal", x.thermal);
   io.optional("observability", x.observability);
   io.optional("prior", x.prior);
-  io.optional("transfer", x.transfer);
+  io.optional("prediction_uncertainty", x.prediction_uncertainty);
   io.defaulted("rejected", x.rejected);
-  io.optional("far_validation", x.far_validation);
+  io.optional("validation_outliers", x.validation_outliers);
   io.optional("base", x.base);
   io.optional("stations", x.stations);
   io.defaulted("smr", x.smr, ReflectorsByName{}, Xyz{});

@@ -63,12 +63,12 @@ struct Rejected {
   int row = 0, pose = 0;
   std::string smr, station;  ///< no station where there is one
   double residual_mm = 0, sigmas = 0;
-  double turn_rad = 0;  ///< where the turn of its target contradicts the others
+  double orientation_error_rad = 0;  ///< where the turn of its target contradicts the others
 };
 
 struct Observability {
   ObservabilityIndices indices;
-  std::vector<std::string> unknown, weak;  ///< sentences
+  std::vector<std::string> not_identifiable, weakly_identifiable;  ///< sentences
 };
 
 /// How far the link errors were taken as small before they were measured.
@@ -113,7 +113,7 @@ struct Remeasured {
 /// How the stream of corrections went.
 struct Stream {
   std::int64_t cycles = 0, answered = 0, late = 0, wrong_ipoc = 0;
-  std::int64_t unproven = 0, sessions = 1;
+  std::int64_t unconfirmed = 0, sessions = 1;
   double max_step_deg = 0;
   struct Turnaround {
     double p50 = 0, p99 = 0, p999 = 0, max = 0;
@@ -135,7 +135,7 @@ struct Thermal {
   // Where it was chosen:
   std::vector<double> reference_c;  ///< of each joint's drive: of which all else in the document is
   std::vector<double> zero_per_k;   ///< of each joint: deg (mm) per kelvin of its drive
-  double growth_ppm_per_k = 0;      ///< of all lengths
+  double expansion_ppm_per_k = 0;   ///< of all lengths
 };
 
 struct CalibrationDocument {
@@ -149,16 +149,16 @@ struct CalibrationDocument {
   std::optional<double> rank_gap;  ///< where a parameter could not be determined
   double condition = 0;
   std::optional<double> sigma0_mm;
-  std::optional<DeviationChoice> deviation;    ///< without its terms
-  std::optional<RegressorSelection> residual;  ///< without its regressor
-  std::optional<Thermal> thermal;              ///< where points told how warm the arm was
+  std::optional<DeviationChoice> non_geometric;  ///< without its terms
+  std::optional<RegressorSelection> residual;    ///< without its regressor
+  std::optional<Thermal> thermal;                ///< where points told how warm the arm was
   std::optional<Observability> observability;
   std::optional<UsedPrior> prior;
-  std::optional<Transfer> transfer;  ///< where the covariance is known
+  std::optional<Transfer> prediction_uncertainty;  ///< where the covariance is known
   std::vector<Rejected> rejected;
-  std::vector<Rejected> far_validation;  ///< beyond six sigma, and in the statistics all the same
-  std::optional<BasePose> base;          ///< the first station's
-  std::vector<Station> stations;         ///< where there are several
+  std::vector<Rejected> validation_outliers;  ///< beyond six sigma, and in the statistics all the same
+  std::optional<BasePose> base;               ///< the first station's
+  std::vector<Station> stations;              ///< where there are several
   std::vector<Reflector> smr;
   std::vector<MountedTarget> targets;
   std::vector<IdentifiedParameter> parameters;

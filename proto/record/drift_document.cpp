@@ -18,18 +18,18 @@ void layout(auto& io, Is<DriftDocument::Cause> auto& x) {
   io("text", x.text);
   io("moved", x.moved);
   io("sigma", x.sigma);
-  io("probability", x.probability);
+  io("p_value", x.p_value);
   io("explains", x.explains);
 }
 void layout(auto& io, Is<ModelUpdate> auto& x) {
   io("offered", x.offered);
   io("moved", x.moved);
-  io("wrong", x.wrong);
-  io("doubts", x.doubts);
+  io("rejected", x.rejected);
+  io("warnings", x.warnings);
   io("before", x.before);
   io("after", x.after);
-  io("left_out", x.left_out);
-  io("probability", x.probability);
+  io("leave_one_out", x.leave_one_out);
+  io("p_value", x.p_value);
 }
 void layout(auto& io, Is<DriftDocument> auto& x) {
   io("verdict", x.verdict, kDriftVerdicts);
@@ -37,9 +37,9 @@ void layout(auto& io, Is<DriftDocument> auto& x) {
   io("mean", x.mean);
   io("max", x.max);
   io("reference", x.reference);
-  io("distance2", x.distance2);
-  io("degrees", x.degrees, kCount);
-  io("probability", x.probability);
+  io("chi2", x.chi2);
+  io("degrees_of_freedom", x.degrees_of_freedom, kCount);
+  io("p_value", x.p_value);
   io("parameters", x.uncertain_parameters, kParameterTrust);
   io("points", x.points);
   io("causes", x.causes);
@@ -61,7 +61,7 @@ std::vector<DriftDocument::Cause> causes_of(const std::vector<DriftCause>& cause
                       .text = described(cause, cell, points),
                       .moved = cause.moved,
                       .sigma = cause.sigma,
-                      .probability = cause.probability,
+                      .p_value = cause.probability,
                       .explains = cause.explains()});
   }
   return result;
@@ -79,9 +79,9 @@ DriftDocument drift_of(const DriftCheck& check, const DriftReference& reference,
           .mean = check.mean_mm,
           .max = check.max_mm,
           .reference = check.reference_mm,
-          .distance2 = check.distance2,
-          .degrees = check.degrees,
-          .probability = check.probability,
+          .chi2 = check.distance2,
+          .degrees_of_freedom = check.degrees,
+          .p_value = check.probability,
           .uncertain_parameters = reference.covariance.size() > 0,
           .points = std::move(errors),
           .causes = causes_of(check.causes, reference.cell, points),
@@ -96,12 +96,12 @@ ModelUpdate update_of(const DriftUpdate& update, std::span<const Measurement> po
   };
   return {.offered = update.doubts.empty(),
           .moved = sentences(update.moves),
-          .wrong = sentences(update.wrong),
-          .doubts = update.doubts,
+          .rejected = sentences(update.wrong),
+          .warnings = update.doubts,
           .before = update.before_mm,
           .after = update.after_mm,
-          .left_out = update.left_out_mm,
-          .probability = update.probability};
+          .leave_one_out = update.left_out_mm,
+          .p_value = update.probability};
 }
 
 boost::json::object drift_document(const DriftDocument& document) { return to_json(document); }

@@ -24,12 +24,12 @@ inline constexpr std::array kParameterTrust{Named{"uncertain", true}, Named{"tak
 
 /// The model brought up to date by the points.
 struct ModelUpdate {
-  bool offered = false;                    ///< nothing speaks against it
-  std::vector<std::string> moved;          ///< sentences, with standard deviations
-  std::vector<std::string> wrong, doubts;  ///< readings left out; why it is not offered
-  double before = 0, after = 0;            ///< mean error of the points with the old and the new model, mm
-  double left_out = 0;                     ///< and each predicted by the others alone
-  double probability = 0;                  ///< that an unchanged cell gives as much as the new model leaves
+  bool offered = false;                         ///< nothing speaks against it
+  std::vector<std::string> moved;               ///< sentences, with standard deviations
+  std::vector<std::string> rejected, warnings;  ///< readings left out; why it is not offered
+  double before = 0, after = 0;  ///< mean error of the points with the old and the new model, mm
+  double leave_one_out = 0;      ///< and each predicted by the others alone
+  double p_value = 0;            ///< that an unchanged cell gives as much as the new model leaves
 };
 
 /// The document of `truepose drift --json` and of drift.check: verdict, reason, errors point by point (mm,
@@ -47,16 +47,16 @@ struct DriftDocument {
     int row = 0;      ///< of a reading
     std::string text;
     Eigen::VectorXd moved, sigma;
-    double probability = 0;
+    double p_value = 0;
     bool explains = false;
   };
 
   DriftVerdict verdict = DriftVerdict::Ok;
   std::string reason;
   double mean = 0, max = 0, reference = 0;  ///< mm
-  double distance2 = 0;
-  int degrees = 0;
-  double probability = 0;
+  double chi2 = 0;
+  int degrees_of_freedom = 0;
+  double p_value = 0;
   bool uncertain_parameters = false;
   std::vector<Error> points;
   std::vector<Cause> causes, alternatives;

@@ -17,17 +17,17 @@ void layout(auto& io, Is<FrameDocument::Reading> auto& x) {
   io("row", x.row, kCount);
   io("point", x.point);
   io("error_mm", x.error_mm, kNotNegative);
-  io.optional("turn_error_deg", x.turn_error_deg, kNotNegative);
+  io.optional("orientation_error_deg", x.orientation_error_deg, kNotNegative);
 }
 void layout(auto& io, Is<FrameDocument::Point> auto& x) {
   io("name", x.name);
   io.optional("p", x.p_mm, kPoint);
-  io.optional("misfit_mm", x.misfit_mm, kNotNegative);
+  io.optional("residual_mm", x.residual_mm, kNotNegative);
 }
 void layout(auto& io, Is<FrameDocument::Shift> auto& x) {
   io("p", x.p_mm, kPoint);
   io("sigma_mm", x.sigma_mm);
-  io("is_real", x.is_real);
+  io("significant", x.significant);
 }
 void layout(auto& io, Is<FrameDocument> auto& x) {
   io("kind", x.kind, kFrameKinds);
@@ -38,7 +38,7 @@ void layout(auto& io, Is<FrameDocument> auto& x) {
   io.optional("sigma0", x.sigma0, kNotNegative);
   io("readings", x.readings);
   io("points", x.points);
-  io("doubtful", x.doubtful);
+  io("outliers", x.outliers);
   io.optional("base_shift", x.base_shift);
   io.optional("touched_by", x.touched_by, kNumber);
   io("notes", x.notes);
@@ -104,13 +104,13 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
     document.readings.push_back(
         {data.readings[i].row, data.points[data.readings[i].point].name, frame.error_mm[i]});
     if (!frame.turn_error_rad.empty())
-      document.readings.back().turn_error_deg = frame.turn_error_rad[i] * kDegPerRad;
+      document.readings.back().orientation_error_deg = frame.turn_error_rad[i] * kDegPerRad;
   }
   for (std::size_t i = 0; i < data.points.size(); ++i) {
     document.points.push_back({data.points[i].name, data.points[i].p_mm, std::nullopt});
-    if (!frame.misfit_mm.empty()) document.points.back().misfit_mm = frame.misfit_mm[i];
+    if (!frame.misfit_mm.empty()) document.points.back().residual_mm = frame.misfit_mm[i];
   }
-  for (const std::size_t i : frame.doubtful) document.doubtful.push_back(data.readings[i].row);
+  for (const std::size_t i : frame.doubtful) document.outliers.push_back(data.readings[i].row);
   if (frame.shift)
     document.base_shift = {frame.shift->p_B_mm, frame.shift->covariance.diagonal().cwiseSqrt(),
                            frame.shift->is_real()};
@@ -149,7 +149,7 @@ std::string tool_statement(int number, const Eigen::Isometry3d& X_told) {
 
 std::string why_not_usable(const FrameDocument& document) {
   const auto& shift = document.base_shift;
-  if (shift && shift->is_real) {
+  if (shift && shift->significant) {
     // The only base that is measured as a tool is, on a table that turns it, is a positioner's workpiece.
     const bool on_table = document.kind == FrameKind::Base;
     return formatted(
@@ -158,7 +158,7 @@ std::string why_not_usable(const FrameDocument& document) {
         on_table ? "calibrate the positioner again, then measure the workpiece from the same station"
                  : "check the drift, make a model of today, then measure the tool again");
   }
-  if (document.doubtful.empty()) {
+  if (document.outliers.empty()) {
     std::vector<double> error_mm;
     for (const FrameDocument::Reading& reading : document.readings) error_mm.push_back(reading.error_mm);
     if (contradict(error_mm, document.sigma0))
@@ -169,7 +169,7 @@ std::string why_not_usable(const FrameDocument& document) {
     return {};
   }
   std::string rows;
-  for (const int row : document.doubtful) rows += (rows.empty() ? "row " : ", ") + std::to_string(row);
+  for (const int row : document.outliers) rows += (rows.empty() ? "row " : ", ") + std::to_string(row);
   return rows +
          ": more than five standard deviations from where the other rows say; measure again, or leave out what "
          "slipped";

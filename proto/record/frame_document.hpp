@@ -26,18 +26,18 @@ struct FrameDocument {
     int row = 0;        ///< of the file of readings, from 1
     std::string point;  ///< its name
     double error_mm = 0;
-    std::optional<double> turn_error_deg{};  ///< of a 6-D target
+    std::optional<double> orientation_error_deg{};  ///< of a 6-D target
   };
   struct Point {
     std::string name;
     std::optional<Eigen::Vector3d> p_mm;  ///< its coordinates in the frame, where they were stated
-    std::optional<double> misfit_mm;      ///< from where those have it
+    std::optional<double> residual_mm;    ///< from where those have it
   };
 
   struct Shift {
     Eigen::Vector3d p_mm;  ///< robot base frame
     Eigen::Vector3d sigma_mm;
-    bool is_real;  ///< more than chance: the frame is not to be used
+    bool significant;  ///< more than chance: the frame is not to be used
   };
 
   FrameKind kind = FrameKind::Tool;
@@ -48,7 +48,7 @@ struct FrameDocument {
   std::optional<double> sigma0;              ///< scatter in multiples of the noise; none: no reading is spare
   std::vector<Reading> readings;
   std::vector<Point> points;
-  std::vector<int> doubtful;  ///< rows that the others contradict; with one the frame is not to be used
+  std::vector<int> outliers;  ///< rows that the others contradict; with one the frame is not to be used
   /// Of a tool: how far base or tracker stand from where the model has them; none: the readings do not tell.
   std::optional<Shift> base_shift;
   /// Of a base: number of the tool whose TCP touched its points; none: the tracker read them, or the tool has

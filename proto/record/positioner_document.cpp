@@ -17,8 +17,8 @@ void layout(auto& io, Is<PositionerDocument::Axis> auto& x) {
 void layout(auto& io, Is<PositionerDocument::Link> auto& x) {
   io("name", x.name);
   io("unit", x.unit);
-  io("drawn", x.drawn);
-  io("found", x.found);
+  io("nominal", x.nominal);
+  io("value", x.value);
   io("sigma", x.sigma, kNotNegative);
 }
 void layout(auto& io, Is<PositionerDocument> auto& x) {

@@ -21,7 +21,7 @@ struct PositionerDocument {
   /// What the table's readings told of its links.
   struct Link {
     std::string name, unit;  ///< "link2.a", "mm"
-    double drawn = 0, found = 0, sigma = 0;
+    double nominal = 0, value = 0, sigma = 0;
   };
 
   int number = 2;  ///< of MACHINE_DEF

@@ -79,14 +79,14 @@ TEST_F(CellFile, IsShownAsAFileThatReadsBackTheSame) {
   cell.stream.max_step_deg = 0.013;
   cell.stream.p_FT_mm = {10, -20, 300};
   cell.tracker.reflector = "CCR-1.5in";
-  cell.tracker.placement = pose_from_kuka({3000, -200, 900}, {0, 0, 0});
+  cell.tracker.robot_base = pose_from_kuka({3000, -200, 900}, {0, 0, 0});
   cell.tracker.nests_mm = {{1, 2, 3}, {4, 5, 6}, {7, 8, -9}};
   cell.tracker.air_file = "/run/air";
   cell.further_reflectors = {{.name = "side", .p_FS_mm = {20, -110, 70}, .facing_F = {0.6, 0, 0.8}}};
   cell.campaign.seed = 0xfedc'ba98'7654'3210;
   cell.calibration = {true, {1, 2, 160}, residual_kinds("auto").value(), Loss::Tukey};
   cell.iso9283.cube.centre_mm = {1500, 0, 900};
-  cell.recording.most_files = 3;
+  cell.recording.max_files = 3;
   const json::object shown = cell_json(cell);
 
   json::object file = shown;
@@ -137,7 +137,7 @@ TEST_F(CellFile, TakesTheAirFromOnePlaceAlone) {
 
 TEST_F(CellFile, BoundsTargetsNextToTheWristSingularityAsTheStream) {
   CellConfig cell = load(kSmallest);
-  cell.stream.singular_deg = 7;
+  cell.stream.singularity_threshold_deg = 7;
   EXPECT_NEAR(compensation_options(cell).singular_below, 7 * kRadPerDeg, 1e-12);
 }
 
@@ -218,20 +218,20 @@ TEST_F(CellFile, ReadsAddressesAndResolvesPathsFromItsOwnFolder) {
 TEST_F(CellFile, KeepsRecordingsBesideTheStoreUnlessAFolderIsNamed) {
   EXPECT_EQ(load(kSmallest).recording.folder, "/var/lib/cell.sqlite.recordings");
   const CellConfig cell =
-      load(std::string{kSmallest} + "recording: {folder: here, ring_mb: 8, most_files: 3}\n");
+      load(std::string{kSmallest} + "recording: {folder: here, ring_mb: 8, max_files: 3}\n");
   EXPECT_EQ(cell.recording.folder, folder_.path() / "here");
   EXPECT_EQ(cell.recording.ring_mb, 8U);
-  EXPECT_EQ(cell.recording.most_files, 3U);
-  EXPECT_EQ(cell.recording.most_mb, RecordingConfig{}.most_mb);
+  EXPECT_EQ(cell.recording.max_files, 3U);
+  EXPECT_EQ(cell.recording.max_mb, RecordingConfig{}.max_mb);
 }
 
 TEST_F(CellFile, ConvertsPlacementAndFacing) {
   std::string text = kSmallest;
   text.replace(text.find("700}"), 4,
-               "700, placement: {x: 1, y: 2, z: 3, a: 170, b: 1, c: -1}, measure_ms: 1500}");
+               "700, robot_base: {x: 1, y: 2, z: 3, a: 170, b: 1, c: -1}, measure_ms: 1500}");
   const CellConfig cell =
       load(text + "reflector: {facing: {x: 0, y: 3, z: 4}, offset_mm: {x: 62, y: -48, z: 187}}\n");
-  EXPECT_TRUE(cell.tracker.placement.isApprox(pose_from_kuka({1, 2, 3}, {170, 1, -1})));
+  EXPECT_TRUE(cell.tracker.robot_base.isApprox(pose_from_kuka({1, 2, 3}, {170, 1, -1})));
   EXPECT_EQ(cell.tracker.measure, std::chrono::milliseconds(1500));
   EXPECT_TRUE(cell.reflector.facing_F.isApprox(Eigen::Vector3d(0, 0.6, 0.8)));
   EXPECT_EQ(cell.reflector.p_FS_mm, Eigen::Vector3d(62, -48, 187));
@@ -278,8 +278,8 @@ TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
             "cell.yaml:7:22: recording.ring_mb: expected 1..4096, found 0");
   EXPECT_EQ(error(std::string(kSmallest) + "recording: {ring_mb: 100000000}\n"),
             "cell.yaml:7:22: recording.ring_mb: expected 1..4096, found 100000000");
-  EXPECT_EQ(error(std::string(kSmallest) + "recording: {most_files: 0}\n"),
-            "cell.yaml:7:25: recording.most_files: expected 1..1000, found 0");
+  EXPECT_EQ(error(std::string(kSmallest) + "recording: {max_files: 0}\n"),
+            "cell.yaml:7:24: recording.max_files: expected 1..1000, found 0");
   EXPECT_EQ(error(std::string(kSmallest) + "campaign: {seed: -1}\n"),
             "cell.yaml:7:18: campaign.seed: expected a whole number from 0 to 2^64 - 1, found '-1'");
   EXPECT_EQ(
@@ -289,6 +289,29 @@ TEST_F(CellFile, NamesPlaceAndPathOfEveryMistake) {
             "cell.yaml:7:21: reflector.facing: a direction of no length");
   EXPECT_EQ(error(std::string(kSmallest) + "log_level: loud\n"),
             "cell.yaml:7:12: log_level: expected one of trace, debug, info, warn, error, found 'loud'");
+}
+
+TEST_F(CellFile, RefusesAnOldKeyWithItsNewName) {
+  struct Old {
+    const char *before, *key, *value, *new_key;
+  };
+  const auto refused = [&](const std::string& text, const Old& old) {
+    EXPECT_THAT(text, HasSubstr(std::string{old.key} + ": unknown key, renamed to '" + old.new_key + "'"));
+  };
+  for (const Old& old : {Old{"{address:", "placement", "{x: 0}", "robot_base"},
+                         Old{"{address:", "initialise_again_min", "30", "reinitialise_after_min"},
+                         Old{"{address:", "search_first_mm", "300", "first_search_radius_mm"},
+                         Old{"{address:", "search_mm", "30", "search_radius_mm"},
+                         Old{"{listen:", "singular_deg", "20", "singularity_threshold_deg"}})
+    refused(error_with(old.before, "{" + std::string{old.key} + ": " + old.value + ", " + (old.before + 1)),
+            old);
+  for (const Old& old :
+       {Old{"campaign", "wrist_margin_deg", "3", "singularity_margin_deg"},
+        Old{"recording", "most_files", "20", "max_files"}, Old{"recording", "most_mb", "500", "max_mb"},
+        Old{"calibration", "deviation", "auto", "non_geometric"}})
+    refused(error(std::string{kSmallest} + old.before + ": {" + old.key + ": " + old.value + "}\n"), old);
+  EXPECT_THAT(error(std::string{kSmallest} + "calibration: {loss: screened}\n"),
+              HasSubstr("found 'screened', renamed to 'outlier-rejection'"));
 }
 
 TEST_F(CellFile, RefusesTextThatIsNoUtf8) {
@@ -338,10 +361,10 @@ TEST_F(CellFile, ListsSeveralReflectorsOfDifferentNames) {
 TEST_F(CellFile, SaysWhatIsSpokenWithTheTracker) {
   EXPECT_EQ(load(kSmallest).tracker.protocol, TrackerProtocol::Emscon);
   std::string text = kSmallest;
-  text.replace(text.find("{address: tracker"), 1, "{protocol: bridge, initialise_again_min: 30, ");
+  text.replace(text.find("{address: tracker"), 1, "{protocol: bridge, reinitialise_after_min: 30, ");
   const TrackerConfig tracker = load(text).tracker;
   EXPECT_EQ(tracker.protocol, TrackerProtocol::Bridge);
-  EXPECT_EQ(tracker.initialise_again, std::chrono::minutes{30});
+  EXPECT_EQ(tracker.reinitialise_after, std::chrono::minutes{30});
 }
 
 TEST_F(CellFile, TakesEveryNameThatTheCommandLineTakes) {

@@ -105,7 +105,7 @@ TEST(ModelFile, KeepsItsVerdictUnderItsHash) {
   ASSERT_TRUE(green.verdict);
   EXPECT_EQ(green.verdict->color(), VerdictColor::Green);
 
-  model.verdict->findings = {{Severity::Refusal, "it is \"off\": 3 mm"},
+  model.verdict->findings = {{Severity::Error, "it is \"off\": 3 mm"},
                              {Severity::Note, "one point left out"}};
   std::string text = model_yaml(model);
   const ModelFile red = parse_model(text, "m.yaml");
@@ -114,9 +114,10 @@ TEST(ModelFile, KeepsItsVerdictUnderItsHash) {
   EXPECT_EQ(red.verdict->findings[0].sentence, "it is \"off\": 3 mm");
   EXPECT_EQ(red.verdict->findings[1].severity, Severity::Note);
 
-  const std::size_t refusal = text.find("refusal");
-  ASSERT_NE(refusal, std::string::npos);
-  text.replace(refusal, 7, "advice");
+  const std::string severity = "severity: error";
+  const std::size_t error = text.find(severity);
+  ASSERT_NE(error, std::string::npos);
+  text.replace(error, severity.size(), "severity: advice");
   EXPECT_NE(error_of([&] { parse_model(text, "m.yaml"); }, "").find("another SHA-256"), std::string::npos);
 }
 

@@ -167,21 +167,25 @@ class ModelLayersErrors : public testing::Test {
 
 TEST_F(ModelLayersErrors, RefusesATermOfAJointOrFrameThatTheArmHasNot) {
   EXPECT_EQ(error_with("{joint: 1, basis: sine", "{joint: 0, basis: sine"),
-            "robot.deviation[1].joint: expected 1..6, found 0");
+            "robot.non_geometric[1].joint: expected 1..6, found 0");
   EXPECT_EQ(error_with("{joint: 1, basis: sine", "{joint: 7, basis: sine"),
-            "robot.deviation[1].joint: expected 1..6, found 7");
-  EXPECT_EQ(error_with("order: 162", "order: 0"), "robot.deviation[1].order: expected 1..100000, found 0");
+            "robot.non_geometric[1].joint: expected 1..6, found 7");
+  EXPECT_EQ(error_with("  non_geometric:", "  deviation:"),
+            "robot.deviation: unknown key, renamed to 'non_geometric'");
+  EXPECT_EQ(error_with("order: 162", "order: 0"),
+            "robot.non_geometric[1].order: expected 1..100000, found 0");
   EXPECT_EQ(error_with("weight, order: 7", "weight, order: 8"),
-            "robot.deviation[4].order: expected 1..7, found 8");
-  EXPECT_EQ(error_with("basis: sine", "basis: sin"),
-            "robot.deviation[1].basis: expected one of sine, cosine, gravity, weight, moment-x, moment-y, "
-            "moment-z, approach, scale, shift-x, turn-x, shift-y, turn-y, turn-z, found "
-            "'sin'");
+            "robot.non_geometric[4].order: expected 1..7, found 8");
+  EXPECT_EQ(
+      error_with("basis: sine", "basis: sin"),
+      "robot.non_geometric[1].basis: expected one of sine, cosine, gravity, weight, moment-x, moment-y, "
+      "moment-z, approach, scale, shift-x, turn-x, shift-y, turn-y, turn-z, found "
+      "'sin'");
 }
 
 TEST_F(ModelLayersErrors, RefusesAGuideOfAJointThatDoesNotSlideAndOfMoreThanThree) {
   EXPECT_EQ(error_with("{joint: 1, basis: sine", "{joint: 1, basis: shift-x"),
-            "robot.deviation[1]: a guide is that of a prismatic joint with a way from min to max");
+            "robot.non_geometric[1]: a guide is that of a prismatic joint with a way from min to max");
   Random random{3};
   RobotModel robot = railed_arm(random);
   for (const std::size_t i : {1U, 2U, 3U}) {
@@ -189,11 +193,11 @@ TEST_F(ModelLayersErrors, RefusesAGuideOfAJointThatDoesNotSlideAndOfMoreThanThre
     robot.deviation.push_back({.joint = static_cast<int>(i), .basis = DeviationBasis::TurnY});
   }
   text_ = model_yaml(model_of(robot));
-  EXPECT_EQ(error_with("", ""), "robot.deviation[13]: expected guides of at most 3 joints");
+  EXPECT_EQ(error_with("", ""), "robot.non_geometric[13]: expected guides of at most 3 joints");
   robot.joints[0].max = robot.joints[0].min;
   text_ = model_yaml(model_of(robot));
   EXPECT_EQ(error_with("", ""),
-            "robot.deviation[6]: a guide is that of a prismatic joint with a way from min to max");
+            "robot.non_geometric[6]: a guide is that of a prismatic joint with a way from min to max");
 }
 
 TEST_F(ModelLayersErrors, RefusesMassesThatAreNotOnePerJointAndAGravityThatIsNoDirection) {

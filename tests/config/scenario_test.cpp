@@ -15,7 +15,7 @@ constexpr char kArmOfScenario[] =
     "  - {a: 3, alpha: 0, d: 4, theta: 0, sign: 1, min: -90, max: 90, speed: 1}\n";
 constexpr char kScenario[] =
     "robot: robot.yaml\n"
-    "placement: {x: 1, y: 2, z: 3, a: 0, b: 0, c: 0}\n"
+    "robot_base: {x: 1, y: 2, z: 3, a: 0, b: 0, c: 0}\n"
     "reflector: {offset_mm: {x: 1, y: 2, z: 3}}\n"
     "rsi: {ethernet_xml: rsi.xml}\n";
 
@@ -79,7 +79,7 @@ TEST_F(ScenarioFile, DrawsTheSameErrorsForTheSameSeedWithinTheirBounds) {
 
 TEST_F(ScenarioFile, DescribesWhatBecomesOfTheArmAsItWarmsUp) {
   EXPECT_EQ(load("").warm_up.zero.size(), 0);
-  const WarmUp warm_up = load("warm_up: {zero: [0.01, -0.02], growth_ppm: 150, minutes: 40}\n").warm_up;
+  const WarmUp warm_up = load("warm_up: {zero: [0.01, -0.02], expansion_ppm: 150, minutes: 40}\n").warm_up;
   ASSERT_EQ(warm_up.zero.size(), 2);
   EXPECT_NEAR(warm_up.zero[1], -0.02 * kRadPerDeg, 1e-18);
   EXPECT_NEAR(warm_up.growth, 150e-6, 1e-18);
@@ -182,7 +182,7 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
       "tracker-noise, tracker-std, tracker-stray, tracker-air, tracker-busy, tracker-silent, tracker-storm, eki-drop, program-stop, program-reset, program-select, "
       "emergency-stop, gate-open, operating-mode, override, controller-restart, rsi-drop, "
       "rsi-lose-datagrams, rsi-lose-replies, "
-      "rsi-duplicate, rsi-late, rsi-garble, rsi-reorder, rsi-silence, rsi-restart, rsi-ipoc, rsi-ignore, rsi-second-sender, "
+      "rsi-duplicate, rsi-late, rsi-corrupt, rsi-reorder, rsi-silence, rsi-restart, rsi-ipoc, rsi-ignore, rsi-second-sender, "
       "found 'fire'");
   EXPECT_EQ(error("faults:\n  - {at_ms: 1}\n"), "s.yaml:6:5: faults[1]: missing key 'kind'");
   EXPECT_EQ(error("faults:\n  - {kind: beam-break}\n"),
@@ -197,6 +197,14 @@ TEST_F(ScenarioFile, NamesPlaceAndPathOfEveryMistake) {
             "s.yaml:6:5: faults[1]: missing key 'by_mm'");
   EXPECT_EQ(error("tracker: {noise: {range: 1}}\n"),
             "s.yaml:5:19: tracker.noise.range: unknown key, did you mean 'range_mm'?");
+}
+
+TEST_F(ScenarioFile, RefusesAnOldNameWithTheNewOne) {
+  EXPECT_EQ(error("placement: {x: 1}\n"), "s.yaml:5:1: placement: unknown key, renamed to 'robot_base'");
+  EXPECT_EQ(error("warm_up: {growth_ppm: 150}\n"),
+            "s.yaml:5:11: warm_up.growth_ppm: unknown key, renamed to 'expansion_ppm'");
+  EXPECT_TRUE(error("faults:\n  - {kind: rsi-garble, at_cycle: 3}\n")
+                  .ends_with("found 'rsi-garble', renamed to 'rsi-corrupt'"));
 }
 
 }  // namespace

@@ -157,7 +157,7 @@ TEST(ShippedFiles, TheExampleCellShowsTheDefaultOfEveryKeyThatMayBeLeftOut) {
                           "stream/ethernet_xml", "tracker/address", "control/token_file", "store"));
   // What the head of the file names as exceptions, and the two names of which it says what leaving them out
   // means.
-  EXPECT_THAT(shows_another, ElementsAre("robot/expect_model", "tracker/reflector", "tracker/placement",
+  EXPECT_THAT(shows_another, ElementsAre("robot/expect_model", "tracker/reflector", "tracker/robot_base",
                                          "reflector/offset_mm", "reflector/facing", "surroundings/tool"));
 }
 
@@ -175,10 +175,10 @@ TEST(ShippedFiles, TheDemoScenarioIsTheArmOfThePaperNearTheExampleCellsGuess) {
   // The first search must find the reflector wherever the path leads.
   for (const JointVector& q : scenario.stream_path) {
     const Eigen::Vector3d guess =
-        cell.tracker.placement * (forward_kinematics(cell.robot.model, q) * cell.reflector.p_FS_mm);
+        cell.tracker.robot_base * (forward_kinematics(cell.robot.model, q) * cell.reflector.p_FS_mm);
     const Eigen::Vector3d truth = scenario.X_WB * (forward_kinematics(scenario.truth, q) * scenario.p_FS_mm);
-    EXPECT_LT((guess - truth).norm(), cell.tracker.search_first_mm);
-    EXPECT_GT((guess - truth).norm(), cell.tracker.search_mm);
+    EXPECT_LT((guess - truth).norm(), cell.tracker.first_search_radius_mm);
+    EXPECT_GT((guess - truth).norm(), cell.tracker.search_radius_mm);
   }
 }
 

@@ -152,7 +152,7 @@ TEST(Calibrate, SolvesItsStepsByTheKernels) {
   noise.noise = MeasurementNoise{.tracker = {0.005, 0.001, 0.01, 0.004}, .repeatability_mm = 0.02};
   robust.loss = Loss::Tukey;
   prior.prior = PriorUse::On;
-  deviation.deviation = true;
+  deviation.non_geometric = true;
   for (const CalibrateOptions& options : {CalibrateOptions{}, noise, robust, prior, deviation}) {
     const auto result = calibrate(golden::nominal(file), data, options);
     ASSERT_TRUE(result) << result.error().detail;

@@ -181,7 +181,7 @@ double warned_of_real_arm(const RobotModel& robot, const MeasurementData& arm, b
     const std::vector<std::vector<std::size_t>> stops = stops_of(unseen);
     data.points = points_of(data, PoseSet::Identify);
     split_poses(data, static_cast<double>(kIdentify) / (kIdentify + kValidate), random.next());
-    const auto calibration = calibrate(robot, data, {.deviation = deviation});
+    const auto calibration = calibrate(robot, data, {.non_geometric = deviation});
     EXPECT_TRUE(calibration);
     if (!calibration) return 1;
     const DriftReference reference = reference_of(*calibration, data);
@@ -229,7 +229,7 @@ TEST(DriftCheckOverManyArms, LeavesUnchangedOnesWithGearsAlone) {
     const TrueArmSetup truth = example::true_arm(heavy_arm_errors({.seed = seed}));
     const SimulatedCampaign campaign = example::campaign(truth, 40, 20, {.seed = seed});
     const auto calibration =
-        calibrate(example::kr210(), campaign.data, {.deviation = true, .check_model = false});
+        calibrate(example::kr210(), campaign.data, {.non_geometric = true, .check_model = false});
     ASSERT_TRUE(calibration);
     Random random{seed + 5000};
     const auto poses = random_poses(example::kr210(), kPoints, random);
@@ -361,7 +361,7 @@ TEST(DriftUpdateOfARealArm, FindsAllZerosThatMoved) {
   points.resize(kRows);
   MeasurementData data{{"1"}, points};
   split_poses(data, 0.7, 1);
-  const auto calibration = calibrate(arm->robot, data, {.deviation = true, .thermal = ThermalUse::Off});
+  const auto calibration = calibrate(arm->robot, data, {.non_geometric = true, .thermal = ThermalUse::Off});
   ASSERT_TRUE(calibration);
   const DriftReference reference = reference_of(*calibration, data);
   int within = 0;

@@ -73,7 +73,7 @@ TEST(Deviations, AreKnownAsWellAsTheirIntervalsSay) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const SimulatedCampaign c =
         example::campaign(example::true_arm(heavy_arm_errors({.seed = seed})), 60, 60, {.seed = seed});
-    const auto result = calibrate(example::kr210(), c.data, {.deviation = true});
+    const auto result = calibrate(example::kr210(), c.data, {.non_geometric = true});
     ASSERT_TRUE(result) << result.error().detail;
     for (std::size_t i = 0; i < c.data.points.size(); ++i) {
       const Measurement& m = c.data.points[i];

@@ -42,8 +42,8 @@ TEST(Gravity, OfAnArmWithPublicMassesAndAHeavyToolIsRemoved) {
     weighed.masses = kPublicMasses;
     weighed.payload = LinkMass{kKg, kCentre_mm};
     without += example::mean_miss(calibrate(example::kr210(), c.data), c);
-    with += example::mean_miss(calibrate(example::kr210(), c.data, {.deviation = true}), c);
-    known += example::mean_miss(calibrate(weighed, c.data, {.deviation = true}), c);
+    with += example::mean_miss(calibrate(example::kr210(), c.data, {.non_geometric = true}), c);
+    known += example::mean_miss(calibrate(weighed, c.data, {.non_geometric = true}), c);
   }
   std::cout << count << " arms: without " << without / count << ", masses unknown " << with / count
             << ", known " << known / count << " mm\n";
@@ -77,11 +77,11 @@ TEST(Gravity, FollowsAPayloadThatWasNotMeasured) {
     add(c, example::campaign(example::true_arm(loaded(heavy, n)), 40, 0, {.seed = n + 500}), heavy);
     const SimulatedCampaign fresh =
         example::campaign(example::true_arm(loaded(other, n)), 1, 60, {.seed = n + 900});
-    const auto with = calibrate(example::kr210(), c.data, {.deviation = true});
+    const auto with = calibrate(example::kr210(), c.data, {.non_geometric = true});
     ASSERT_TRUE(with) << with.error().detail;
     told += miss_with(with->cell, fresh, other);
     for (Measurement& point : c.data.points) point.payload = std::nullopt;
-    untold += example::mean_miss(calibrate(example::kr210(), c.data, {.deviation = true}), fresh);
+    untold += example::mean_miss(calibrate(example::kr210(), c.data, {.non_geometric = true}), fresh);
   }
   std::cout << count << " arms: told " << told / count << ", untold " << untold / count << " mm\n";
   EXPECT_LT(told / count, 0.060);
@@ -103,7 +103,7 @@ TEST(Rails, WhosePitchIsOffAreIdentified) {
         point.set = PoseSet::Validate;
         data.points.push_back(point);
       }
-      const auto result = calibrate(nominal, data, {.deviation = true});
+      const auto result = calibrate(nominal, data, {.non_geometric = true});
       ASSERT_TRUE(result) << result.error().detail;
       sum += result->validate->after.mean;
     }

@@ -89,7 +89,7 @@ TEST(Deviations, OfAHeavyArmAreFoundDownToItsRepeatability) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const SimulatedCampaign c =
         example::campaign(example::true_arm(heavy_arm_errors({.seed = seed})), 100, 60, {.seed = seed});
-    const auto result = calibrate(example::kr210(), c.data, {.deviation = true});
+    const auto result = calibrate(example::kr210(), c.data, {.non_geometric = true});
     sum += example::mean_miss(result, c);
     EXPECT_GT(example::mean_miss(result->geometric, c), 0.2);
     EXPECT_TRUE(result->converged);

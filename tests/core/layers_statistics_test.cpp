@@ -117,7 +117,7 @@ std::map<std::string, Misses> misses_over(int count, bool of_a_quarter) {
     EXPECT_TRUE(plain) << "seed " << 1000 + trial << ": " << plain.error().detail;
     if (!plain) continue;
     const double plain_mm = example::mean_miss(plain->cell, study.campaign);
-    const double layered_mm = study.miss_mm({.deviation = true, .residual = kAnyField});
+    const double layered_mm = study.miss_mm({.non_geometric = true, .residual = kAnyField});
     for (const std::string& name : {sizes.name, std::string{"together"}}) {
       Misses& sum = misses[name];
       sum.nominal += example::mean_miss(plain->coarse, study.campaign);
@@ -191,9 +191,9 @@ TEST(LayersOfAnyArm, AreKnownAsWellAsTheIntervalsSayAfterTheirSelection) {
   const MeasurementNoise noise{.tracker = {.range_mm = kTrackerNoise_mm, .transverse_mm = kTrackerNoise_mm},
                                .repeatability_mm = kRepeatability_mm};
   const std::vector<Choice> choices{{"geometry", {.noise = noise}},
-                                    {"deviations", {.noise = noise, .deviation = true}},
+                                    {"deviations", {.noise = noise, .non_geometric = true}},
                                     {"field", {.noise = noise, .residual = kAnyField}},
-                                    {"both", {.noise = noise, .deviation = true, .residual = kAnyField}}};
+                                    {"both", {.noise = noise, .non_geometric = true, .residual = kAnyField}}};
   std::cout << "seeds from 5000\n";
   for (const Choice& choice : choices) {
     Held held;

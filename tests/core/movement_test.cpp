@@ -70,7 +70,7 @@ TEST(Tolerance, IsAskedOfWhatWasMeasuredAgainWhereItWas) {
   ASSERT_TRUE(made) << made.error().detail;
   CalibrationEvidence evidence{
       .calibration = *made, .data = data, .stated = kStationNoise, .tolerance_mm = 0.5};
-  EXPECT_LT(calibration_verdict(evidence).findings.front().severity, Severity::Refusal);
+  EXPECT_LT(calibration_verdict(evidence).findings.front().severity, Severity::Error);
   evidence.remeasured = made->identify.after;
   evidence.remeasured->max = 0.7;
   EXPECT_EQ(calibration_verdict(evidence).findings.front().sentence,
@@ -94,7 +94,7 @@ bool is_said_to_have_moved(const MeasurementData& data) {
   const CalibrationVerdict verdict =
       calibration_verdict({.calibration = *made, .data = data, .stated = kStationNoise});
   return std::ranges::any_of(verdict.findings, [](const Finding& finding) {
-    return finding.severity == Severity::Refusal &&
+    return finding.severity == Severity::Error &&
            finding.sentence.starts_with("the tracker or the base moved");
   });
 }

@@ -183,7 +183,7 @@ struct Found {
 };
 
 inline std::optional<Found> calibrated(const RobotModel& nominal, const MeasurementData& data) {
-  auto calibration = calibrate(nominal, data, {.noise = kNoise, .deviation = true});
+  auto calibration = calibrate(nominal, data, {.noise = kNoise, .non_geometric = true});
   if (!calibration) {
     ADD_FAILURE() << calibration.error().detail;
     return std::nullopt;

@@ -141,7 +141,7 @@ RailOutcome identified_rails(double shift_mm, double turn_rad, int arms, int sto
     Random random{static_cast<std::uint64_t>(seed)};
     const TrueRail rail = true_rail(shift_mm, turn_rad, random);
     const MeasurementData data = rail_readings(rail, kIdentify, kValidate, stops, random);
-    const auto result = calibrate(kr210_on_five_metres(), data, {.deviation = true});
+    const auto result = calibrate(kr210_on_five_metres(), data, {.non_geometric = true});
     EXPECT_TRUE(result) << result.error().detail;
     if (!result) return {};
     outcome.geometry.add(result->validate->geometric);

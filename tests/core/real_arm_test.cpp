@@ -53,7 +53,7 @@ TEST(ARealArm, IsPredictedOutsideTheQuarterThatItWasMeasuredInAndNotWorseForItsL
       const MeasurementData data = identified_in(*arm, joint, quarter);
       const StageErrors without = validated(*arm, data, {});
       const StageErrors with =
-          validated(*arm, data, {.deviation = true, .residual = *residual_kinds("auto")});
+          validated(*arm, data, {.non_geometric = true, .residual = *residual_kinds("auto")});
       std::printf("%s: nominal %.3f, geometry %.3f, both layers %.3f mm\n", place.c_str(),
                   without.before.mean, without.after.mean, with.after.mean);
       EXPECT_LE(without.after.mean, without.before.mean);

@@ -62,10 +62,11 @@ TEST(Screening, NamesGrossErrorsAndNoOthers) {
       const Contaminated c(static_cast<std::uint64_t>(seed), 60, 30, fraction, 0.5, 50);
       CalibrateOptions options{.loss = Loss::Squared, .noise = kPointNoise, .check_model = false};
       const Calibration oracle = c.oracle(options);
-      options.loss = Loss::Screened;
+      options.loss = Loss::OutlierRejection;
       const auto found = calibrate(example::kr210(), c.campaign.data, options);
       ASSERT_TRUE(found) << found.error().detail;
-      right += numbers(found->rejected) == c.identified && numbers(found->far_validation) == c.validated &&
+      right += numbers(found->rejected) == c.identified &&
+               numbers(found->validation_outliers) == c.validated &&
                example::mean_miss(found->cell, c.campaign) <=
                    kAsGood * example::mean_miss(oracle.cell, c.campaign);
     }
@@ -98,7 +99,7 @@ TEST(Screening, LeavesSoundPointsIn) {
         if (stated) options.noise = kPointNoise;
         const auto found = calibrate(example::kr210(), c.data, options);
         ASSERT_TRUE(found) << found.error().detail;
-        named += !found->rejected.empty() || !found->far_validation.empty();
+        named += !found->rejected.empty() || !found->validation_outliers.empty();
       }
       EXPECT_LE(named, 1) << poses << " poses";
     }

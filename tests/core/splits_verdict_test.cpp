@@ -8,7 +8,7 @@ namespace {
 JudgedSplit split(std::uint64_t seed, std::vector<Finding> findings, double largest_mm = 0.1) {
   return {seed, {std::move(findings)}, largest_mm};
 }
-const Finding kDoubt{Severity::Doubt, "a doubt"}, kRefusal{Severity::Refusal, "a refusal"},
+const Finding kDoubt{Severity::Warning, "a doubt"}, kRefusal{Severity::Error, "a refusal"},
     kNote{Severity::Note, "a note"}, kAdvice{Severity::Advice, "an advice"};
 
 TEST(VerdictOverSplits, IsThatOfTheFirstWhereTheOthersAreSound) {

@@ -150,7 +150,7 @@ TEST(Stations, WithPriorDeviationsAndFieldEachIsRegarded) {
   for (int s = 0; s < 2; ++s) append(data, validating(seen(truth, truth.base_at(s), 30, 0, random, "")), s);
   const auto found =
       calibrate(example::kr210(), data,
-                {.prior = PriorUse::On, .deviation = true, .residual = {RegressorKind::InverseDistance}});
+                {.prior = PriorUse::On, .non_geometric = true, .residual = {RegressorKind::InverseDistance}});
   ASSERT_TRUE(found) << found.error().detail;
   for (const StationErrors& station : found->stations) EXPECT_LT(station.validate->after.mean, 0.035);
 }

@@ -92,10 +92,10 @@ TEST(RobustLosses, StandGrossErrorsThatRuinLeastSquares) {
     const double oracle = example::mean_miss(calibrate(example::kr210(), without_gross(c)), c);
     EXPECT_GT(example::mean_miss(calibrate(example::kr210(), c.data, {.loss = Loss::Squared}), c),
               10 * oracle);
-    for (const Loss loss : {Loss::Screened, Loss::Tukey, Loss::Igg3, Loss::Huber}) {
+    for (const Loss loss : {Loss::OutlierRejection, Loss::Tukey, Loss::Igg3, Loss::Huber}) {
       const auto robust = calibrate(example::kr210(), c.data, {.loss = loss});
       EXPECT_LT(example::mean_miss(robust, c),
-                (loss == Loss::Tukey || loss == Loss::Screened ? 1.02 : 1.3) * oracle)
+                (loss == Loss::Tukey || loss == Loss::OutlierRejection ? 1.02 : 1.3) * oracle)
           << "seed " << seed << ", loss " << static_cast<int>(loss);
       if (!robust || loss == Loss::Huber) continue;
       ASSERT_EQ(robust->rejected.size(), 2u) << "seed " << seed;
@@ -117,9 +117,9 @@ TEST(RobustLosses, JudgeByTheRichestModelWhatIsAGrossError) {
     for (const std::uint64_t seed : {1u, 4u, 5u}) {
       const TrueArmSetup heavy = example::true_arm(heavy_arm_errors({.seed = seed}));
       const SimulatedCampaign c = example::campaign(heavy, 100, 60, {.gross = gross, .seed = seed});
-      oracle_mm += example::mean_miss(calibrate(nominal, without_gross(c), {.deviation = true}), c);
+      oracle_mm += example::mean_miss(calibrate(nominal, without_gross(c), {.non_geometric = true}), c);
       for (const Loss loss : {Loss::Tukey, Loss::Igg3, Loss::Huber}) {
-        const auto robust = calibrate(nominal, c.data, {.loss = loss, .deviation = true});
+        const auto robust = calibrate(nominal, c.data, {.loss = loss, .non_geometric = true});
         robust_mm[loss] += example::mean_miss(robust, c);
         if (!robust || loss == Loss::Huber) continue;
         EXPECT_EQ(robust->rejected.size(), 5u) << "seed " << seed;
@@ -182,7 +182,7 @@ TEST(Deviations, IncludeTheSideFromWhichTheJointsArrived) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const auto errors = heavy_arm_errors({.backlash_rad = 0.002 * kRadPerDeg, .seed = seed});
     const SimulatedCampaign c = example::campaign(example::true_arm(errors), 100, 60, {.seed = seed});
-    sum += example::mean_miss(calibrate(example::kr210(), c.data, {.deviation = true}), c);
+    sum += example::mean_miss(calibrate(example::kr210(), c.data, {.non_geometric = true}), c);
   }
   RecordProperty("mean_mm", std::to_string(sum / 5));
   EXPECT_LT(sum / 5, 0.040);
@@ -194,8 +194,8 @@ TEST(Layers, AreNotAddedToAnArmThatIsGeometryAlone) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const SimulatedCampaign c = example::campaign(example::true_arm(), 30, 30, {.seed = seed});
     plain += example::mean_miss(calibrate(example::kr210(), c.data), c);
-    layered +=
-        example::mean_miss(calibrate(example::kr210(), c.data, {.deviation = true, .residual = kinds}), c);
+    layered += example::mean_miss(
+        calibrate(example::kr210(), c.data, {.non_geometric = true, .residual = kinds}), c);
   }
   EXPECT_LT(layered, 1.02 * plain);
 }

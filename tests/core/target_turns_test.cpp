@@ -204,9 +204,9 @@ TEST(A6DTarget, GivesTheArmAndItsMountingExactlyWhereNothingIsNoisy) {
   ASSERT_TRUE(found) << found.error().detail;
   EXPECT_LT(found->validate->after.max, 1e-6);
   ASSERT_TRUE(found->mountings[0]);
-  ASSERT_TRUE(found->validate->turns);
-  EXPECT_LT(found->validate->turns->after.max_rad, 1e-9);
-  EXPECT_GT(found->validate->turns->before.mean_rad, 1e-3);
+  ASSERT_TRUE(found->validate->orientation_errors);
+  EXPECT_LT(found->validate->orientation_errors->after.max_rad, 1e-9);
+  EXPECT_GT(found->validate->orientation_errors->before.mean_rad, 1e-3);
 }
 
 TEST(A6DTarget, LeavesAsMuchAsItsReadingsScatterAndNoMore) {
@@ -218,9 +218,9 @@ TEST(A6DTarget, LeavesAsMuchAsItsReadingsScatterAndNoMore) {
   EXPECT_EQ(found->rank, 27) << "the mounting takes what the turns would say of the flange's own axes";
   const double stated_mm = std::hypot(kTrackerNoise_mm, kRepeatability_mm);
   EXPECT_NEAR(found->sigma0_mm, stated_mm, 0.2 * stated_mm);
-  ASSERT_TRUE(found->validate->turns);
-  EXPECT_NEAR(found->validate->turns->after.rms_rad, std::sqrt(3) * kTurn_rad, 0.3 * kTurn_rad);
-  EXPECT_EQ(found->validate->turns->readings, 30);
+  ASSERT_TRUE(found->validate->orientation_errors);
+  EXPECT_NEAR(found->validate->orientation_errors->after.rms_rad, std::sqrt(3) * kTurn_rad, 0.3 * kTurn_rad);
+  EXPECT_EQ(found->validate->orientation_errors->readings, 30);
 }
 
 TEST(A6DTarget, IsNoWorseForItsOrientationAndBetterFromFewPoses) {
@@ -241,7 +241,7 @@ TEST(A6DTarget, ThatSaysAWrongTurnIsNamedAndLeftOut) {
   SimulatedCampaign measured = campaign(40, kSeed);
   measured.data.points[7].orientation->R_WT =
       rotation_by({0, 0.02, 0}) * measured.data.points[7].orientation->R_WT;
-  for (const Loss loss : {Loss::Screened, Loss::Tukey}) {
+  for (const Loss loss : {Loss::OutlierRejection, Loss::Tukey}) {
     CalibrateOptions options = with_noise();
     options.loss = loss;
     const auto found = calibrate(example::kr210(), measured.data, options);

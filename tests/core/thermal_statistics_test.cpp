@@ -218,7 +218,7 @@ TEST(ThermalResponseOverManyArms, IsTheSameToTheLastBitWithAnyNumberOfThreads) {
   MeasurementData data = cell.measured(180, 20);
   for (const std::size_t i : {20u, 90u}) data.points[i].p_WS_mm.x() += 2;
   CalibrateOptions options{.noise = kReadingNoise,
-                           .deviation = true,
+                           .non_geometric = true,
                            .residual = *residual_kinds("auto"),
                            .thermal = ThermalUse::Temperatures};
   const auto alone = calibrate(example::kr210(), data, options);

@@ -74,7 +74,7 @@ Cell sound_cell(std::uint64_t seed) {
   }
   cell.identify = static_cast<int>(random.uniform(heavy ? 40 : 14, 100));
   cell.validate = static_cast<int>(random.uniform(8, 40));
-  cell.options.deviation = heavy || random.next() % 3 == 0;
+  cell.options.non_geometric = heavy || random.next() % 3 == 0;
   cell.states_noise = random.next() % 4 != 0;
   cell.reads_time = random.next() % 4 == 0;
   if (cell.identify > 40 && random.next() % 6 == 0)
@@ -302,7 +302,7 @@ std::vector<Kind> kinds() {
       });
   add("payload changed", {"the load on the flange changed"}, [at_share](Cell& cell) {
     cell.truth.non_geometric = heavy_arm_errors({.payload_kg = 0, .harmonics = false});
-    cell.options.deviation = true;
+    cell.options.non_geometric = true;
     cell.before = [=](TrueArm& arm, TrueArmSetup&, int point, int of) {
       if (!at_share(point, of, 0.5)) return;
       TrueArmSetup loaded = arm.setup();
@@ -499,7 +499,7 @@ TEST(TransferUncertainty, CountsWhatTheModelLeavesOfAnArmThatBends) {
           {.compliance = arm != "one with gears", .harmonics = arm != "an arm that bends", .seed = seed});
       cell.warms = false;
       cell.truth.warm_up = {};
-      cell.options.deviation = false;
+      cell.options.non_geometric = false;
       cell.options.residual.clear();
       cell.identify += 26;
       const Measured made = measured(cell, seed);

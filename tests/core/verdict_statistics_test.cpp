@@ -216,7 +216,7 @@ Refused refused(int runs, double way_mm, MeasuredCampaign::Options options) {
     const CalibrationVerdict verdict = MeasuredCampaign{options}.verdict();
     count.at_all += verdict.failed();
     count.by_reference += std::ranges::any_of(verdict.findings, [](const Finding& finding) {
-      return finding.severity == Severity::Refusal &&
+      return finding.severity == Severity::Error &&
              finding.sentence.contains("the reference pose did not stay");
     });
   }

@@ -294,7 +294,7 @@ TEST_F(CampaignTest, CorrectsWhatTheJointsDoBeyondGeometryWhereThatIsAskedFor) {
   config.campaign.identify_poses = 60;
   config.campaign.candidates = 200;
   config.campaign.approach = config::ApproachSide::Alternate;
-  config.calibration.deviation = true;
+  config.calibration.non_geometric = true;
   start();
   ASSERT_TRUE(go_on());
   ASSERT_TRUE(*outcome) << outcome->error().detail;

@@ -102,8 +102,8 @@ TEST_F(CellRunnerTest, AFaultStandsUntilItIsAcknowledged) {
   EXPECT_FALSE(runner.faults().stands("E_CELL"));
   const auto faults = told(control::Topic::Fault);
   ASSERT_EQ(faults.size(), 2U);
-  EXPECT_EQ(faults[0].at("standing"), true);
-  EXPECT_EQ(faults[1].at("standing"), false);
+  EXPECT_EQ(faults[0].at("active"), true);
+  EXPECT_EQ(faults[1].at("active"), false);
   EXPECT_EQ(faults[1].at("text"), faults[0].at("text"));
 }
 

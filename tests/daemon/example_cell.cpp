@@ -69,7 +69,7 @@ config::CellConfig example_cell() {
   cell.robot.model = kr210();
   cell.robot.expect_model = "KR210R2700_2";
   // The tracker's head stands 4 m before the arm and 1.4 m above its base, and looks back at it.
-  cell.tracker.placement = pose_from_kuka({4000, 0, -1400}, {180, 0, 0});
+  cell.tracker.robot_base = pose_from_kuka({4000, 0, -1400}, {180, 0, 0});
   cell.reflector.p_FS_mm = {80, 40, 60};
   cell.campaign.identify_poses = 16;
   cell.campaign.validate_poses = 12;
@@ -84,7 +84,7 @@ drivers::MockCellOptions example_truth() {
   drivers::MockCellOptions truth;
   truth.nominal = kr210();
   truth.truth.robot = kr210_with_errors();
-  truth.truth.X_WB = cell.tracker.placement * pose_from_kuka({35, -28, 17}, {0.4, -0.3, 0.5});
+  truth.truth.X_WB = cell.tracker.robot_base * pose_from_kuka({35, -28, 17}, {0.4, -0.3, 0.5});
   truth.truth.p_FS_mm = cell.reflector.p_FS_mm + Eigen::Vector3d{4, -3, 2};
   truth.truth.facing_F = cell.reflector.facing_F;
   // The cone of a real reflector is wider than the one that is planned with.

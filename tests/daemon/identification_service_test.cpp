@@ -66,7 +66,7 @@ TEST_F(Identification, WithTheSameOptionsIsTheModelOfTheCampaign) {
 
 TEST_F(Identification, TakesOtherOptionsByTheNamesOfTheCellFile) {
   const json::value made = identified({{"id", "c2"},
-                                       {"deviation", "auto"},
+                                       {"non_geometric", "auto"},
                                        {"harmonics", {1, 2, 3}},
                                        {"residual", "none"},
                                        {"loss", "tukey"},
@@ -75,8 +75,12 @@ TEST_F(Identification, TakesOtherOptionsByTheNamesOfTheCellFile) {
   const json::value report = call("report.get", {{"id", text_in(made, "/id")}, {"points_limit", 1}}).value();
   EXPECT_EQ(report.at_pointer("/document/options/Loss"), "tukey");
   EXPECT_EQ(report.at_pointer("/document/options/Prior"), "off");
-  EXPECT_EQ(report.at_pointer("/document/options/Joint deviations"), "auto");
+  EXPECT_EQ(report.at_pointer("/document/options/Non-geometric errors"), "auto");
   EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"loss", "lost"}}), "params.loss: no loss \"lost\"");
+  EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"loss", "screened"}}),
+            "params.loss: no loss \"screened\", renamed to 'outlier-rejection'");
+  EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"deviation", "auto"}}),
+            "params.deviation: unknown parameter, renamed to 'non_geometric'");
   EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"residual", "magic"}}), HasSubstr("\"magic\""));
   EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"harmonics", {0}}}),
               HasSubstr("integers 1..10000"));

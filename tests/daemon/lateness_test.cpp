@@ -43,7 +43,7 @@ TEST_F(LatenessTest, NamesWhoseDelayIsTheGreatest) {
   cycle({});
   EXPECT_EQ(cycle({.network = 1900us, .woken = 300us}), LateBy::Network);
   EXPECT_EQ(cycle({.network = 300us, .woken = 1900us}), LateBy::Machine);
-  EXPECT_EQ(cycle({.computed = 1990us}), LateBy::Us);
+  EXPECT_EQ(cycle({.computed = 1990us}), LateBy::Daemon);
   EXPECT_EQ(cycle({.sending = 1990us}), LateBy::Machine);
 }
 
@@ -54,9 +54,9 @@ TEST_F(LatenessTest, PutsTheTimeInWhichTheThreadDidNotRunDownToTheMachine) {
 
 TEST_F(LatenessTest, PutsWhatWaitedForACycleDownToWhoHeldThatUp) {
   cycle({});
-  EXPECT_EQ(cycle({.computed = 11ms}), LateBy::Us);
-  EXPECT_EQ(cycle({}), LateBy::Us);
-  EXPECT_EQ(cycle({}), LateBy::Us);
+  EXPECT_EQ(cycle({.computed = 11ms}), LateBy::Daemon);
+  EXPECT_EQ(cycle({}), LateBy::Daemon);
+  EXPECT_EQ(cycle({}), LateBy::Daemon);
   EXPECT_EQ(cycle({}), std::nullopt);
   EXPECT_EQ(cycle({.woken = 11ms}), LateBy::Machine);
   EXPECT_EQ(cycle({}), LateBy::Machine);

@@ -156,7 +156,7 @@ TEST(StreamCycle, IsCommandedAndReadFromOtherThreadsWhileItRuns) {
       EXPECT_GE(status.counters.datagrams, last);
       last = status.counters.datagrams;
       const StreamCounters& c = status.counters;
-      EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unproven + c.unanswered)
+      EXPECT_EQ(c.datagrams, c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unconfirmed + c.unanswered)
           << "a torn status";
       rig.cycle->turnaround();
       for (StreamEvent event; rig.cycle->next_event(event);) EXPECT_LE(event.value, 5'000'000u);

@@ -88,11 +88,11 @@ TEST_F(ARecordedCellService, KeepsTheRecordingJustMadeWhenTheClockWasSetBackAndR
   };
   set_ahead = 24h;
   std::vector<std::string> newest_first;
-  for (std::size_t i = 0; i < config.recording.most_files + 2; ++i) {
+  for (std::size_t i = 0; i < config.recording.max_files + 2; ++i) {
     newest_first.insert(newest_first.begin(), save());
     set_ahead -= 1h;
   }
-  newest_first.resize(config.recording.most_files);
+  newest_first.resize(config.recording.max_files);
   std::vector<std::string> listed;
   const json::value recordings = call("recording.list").value();
   for (const json::value& recording : recordings.at("recordings").as_array())

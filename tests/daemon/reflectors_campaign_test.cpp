@@ -143,12 +143,12 @@ TEST_F(ReflectorsCampaignTest, LeavesOutAReflectorThatWasSeenAtNoPoseToIdentifyF
 
 TEST_F(ReflectorsCampaignTest, TellsThemApartBeforeItKnowsWhereTheBaseStands) {
   // Farther off than from one reflector to the next.
-  truth.truth.X_WB = config.tracker.placement * pose_from_kuka({150, -120, 60}, {1.5, -1, 1});
+  truth.truth.X_WB = config.tracker.robot_base * pose_from_kuka({150, -120, 60}, {1.5, -1, 1});
   expect_every_point_where_its_reflector_was();
 }
 
 TEST_F(ReflectorsCampaignTest, TakesNoOtherInSightForTheOneThatItLooksFor) {
-  truth.truth.X_WB = config.tracker.placement * pose_from_kuka({60, -40, 30}, {1, -0.5, 0.5});
+  truth.truth.X_WB = config.tracker.robot_base * pose_from_kuka({60, -40, 30}, {1, -0.5, 0.5});
   // Close to a, and seen where the cell file says that it is not.
   config.further_reflectors = {{.name = "c",
                                 .p_FS_mm = config.reflector.p_FS_mm + Eigen::Vector3d{60, 25, -30},

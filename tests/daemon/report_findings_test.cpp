@@ -36,7 +36,7 @@ json::object telling_document() {
   document["spread"] = json::parse(R"({"over": "splits", "count": 10,
       "before": {"mean": 0.02, "max": 0.1, "rms": 0.03}, "geometric": {"mean": 0.005, "max": 0.05, "rms": 0.006},
       "after": {"mean": 0.003, "max": 0.04, "rms": 0.004}})");
-  document["deviation"] =
+  document["non_geometric"] =
       json::parse(R"({"geometric_rms_mm": 0.266, "rms_mm": 0.1, "scale": 0.003, "groups": [
       {"name": "joint1.harmonic2", "chosen": false, "rms_mm": 0.099},
       {"name": "joint2.gravity", "chosen": true, "rms_mm": 0.125}]})");
@@ -47,16 +47,18 @@ json::object telling_document() {
       {"point": 3, "row": 7, "pose": 2, "smr": "left", "residual_mm": 12.5, "sigmas": 300},
       {"point": 4, "row": 8, "residual_mm": 1.5, "sigmas": 30}])");
   json::object& observability = document["observability"].as_object();
-  observability["unknown"] = json::array{"link2.d and link3.d move together: only their sum is known"};
-  observability["weak"] = json::array{"link5.beta is weakly known: sigma is 3 times the usual deviation"};
+  observability["not_identifiable"] =
+      json::array{"link2.d and link3.d move together: only their sum is known"};
+  observability["weakly_identifiable"] =
+      json::array{"link5.beta is weakly known: sigma is 3 times the usual deviation"};
   document["rank_gap"] = 1.3e12;
   document["prior"] = {{"used", true}, {"length_mm", 0.3}, {"angle_rad", 3e-4}};
   document["parameters"].as_array()[3].as_object()["data_share"] = 0.25;
-  document["transfer"] = {{"rms_mm", 0.5},
-                          {"max_mm", 6.1},
-                          {"worst_joints", {-90, 80}},
-                          {"warning", kWarning},
-                          {"maps", {parsed_map()}}};
+  document["prediction_uncertainty"] = {{"rms_mm", 0.5},
+                                        {"max_mm", 6.1},
+                                        {"worst_joints", {-90, 80}},
+                                        {"warning", kWarning},
+                                        {"maps", {parsed_map()}}};
   document["noise"] = {{"range_mm", 0.01}, {"transverse_mm_per_m", 0.006}, {"repeatability_mm", 0.02}};
   return document;
 }
@@ -78,8 +80,8 @@ TEST(ReportFindings, HaveTheirSectionsInAWellFormedPage) {
 
 TEST(ReportFindings, AreLeftOutWhereAStoredDocumentDoesNotHoldThem) {
   json::object old = telling_document();
-  for (const char* key : {"spread", "deviation", "residual", "rejected", "observability", "prior", "transfer",
-                          "noise", "rank_gap", "sigma0_mm"}) {
+  for (const char* key : {"spread", "non_geometric", "residual", "rejected", "observability", "prior",
+                          "prediction_uncertainty", "noise", "rank_gap", "sigma0_mm"}) {
     old.erase(key);
   }
   const std::vector<std::string> headings = texts(parsed(render_html(old)), "//h2");
@@ -131,7 +133,7 @@ TEST(ReportFindings, SayThatFoldsPredictedEveryPose) {
 TEST(ReportFindings, SayWhatEachLayerBought) {
   const json::object document = telling_document();
   const std::string text = render_text(document);
-  EXPECT_THAT(text, HasSubstr("Joint deviations: cross-validated RMS 0.266 mm -> 0.100 mm\n"
+  EXPECT_THAT(text, HasSubstr("Non-geometric errors: cross-validated RMS 0.266 mm -> 0.100 mm\n"
                               "  without joint 2, gravity         0.125 mm, 25.0 % more\n\n"));
   EXPECT_THAT(
       text,
@@ -147,10 +149,10 @@ TEST(ReportFindings, SayWhatEachLayerBought) {
 
 TEST(ReportFindings, SayThatNothingWasChosen) {
   json::object document = telling_document();
-  document["deviation"].as_object()["groups"].as_array().pop_back();
+  document["non_geometric"].as_object()["groups"].as_array().pop_back();
   document["residual"].as_object()["chosen"] = "none";
   const std::string text = render_text(document);
-  EXPECT_THAT(text, HasSubstr("Joint deviations: none predicts unseen poses better.\n"));
+  EXPECT_THAT(text, HasSubstr("Non-geometric errors: none predicts unseen poses better.\n"));
   EXPECT_THAT(text, HasSubstr("Residual field: none predicts unseen poses better.\n"));
 }
 
@@ -166,10 +168,11 @@ TEST(ReportFindings, ListRejectedPointsByTheirPlace) {
 
 TEST(ReportFindings, TellA6DTargetsTurnInDegrees) {
   json::object document = telling_document();
-  document["rejected"].as_array()[1].as_object()["turn_rad"] = 0.02;
+  document["rejected"].as_array()[1].as_object()["orientation_error_rad"] = 0.02;
   const json::object statistics{{"mean_rad", 0.01}, {"rms_rad", 0.011}, {"max_rad", 0.02}},
       less{{"mean_rad", 1e-4}, {"rms_rad", 1e-4}, {"max_rad", 2e-4}};
-  document["identify"].as_object()["turns"] = {{"readings", 20}, {"before", statistics}, {"after", less}};
+  document["identify"].as_object()["orientation_errors"] = {
+      {"readings", 20}, {"before", statistics}, {"after", less}};
   document["targets"] = {{{"smr", "left"}, {"rx", 0.1}, {"ry", 0}, {"rz", -1}, {"sigma_rad", 1e-4}}};
   const std::string text = render_text(document),
                     turns = "mean 0.5730 -> 0.0057 deg, max 1.1459 -> 0.0115 deg";
@@ -236,19 +239,19 @@ TEST(ReportFindings, WarnOfUnmeasuredPosesAndMapThem) {
   EXPECT_EQ(page.select_nodes((map + "/rect[title]").c_str()).size(), 6U);
   // Poses from 0 to 17 deg of joint 1, all at 20 of joint 2; those of the validation are not shown.
   EXPECT_EQ(page.select_nodes((map + "/circle").c_str()).size(), 0U);
-  document["transfer"].as_object()["maps"].as_array()[0].at("y").as_object()["to"] = 2000;
+  document["prediction_uncertainty"].as_object()["maps"].as_array()[0].at("y").as_object()["to"] = 2000;
   EXPECT_EQ(parsed(render_html(document)).select_nodes((map + "/circle").c_str()).size(), 30U);
-  document["transfer"].as_object().erase("warning");
+  document["prediction_uncertainty"].as_object().erase("warning");
   EXPECT_THAT(render_text(document), Not(HasSubstr("Warning")));
   EXPECT_FALSE(parsed(render_html(document)).select_node("//p[@class='caution']"));
 }
 
 TEST(ReportFindings, RefuseAMapThatIsNotAGrid) {
   json::object document = telling_document();
-  document["transfer"].at("maps").at(0).at("sigma_mm").as_array()[1].as_array().pop_back();
+  document["prediction_uncertainty"].at("maps").at(0).at("sigma_mm").as_array()[1].as_array().pop_back();
   EXPECT_THAT([&] { render_html(document); },
               testing::ThrowsMessage<std::invalid_argument>(
-                  HasSubstr("transfer.maps[0].sigma_mm: expected a number for each x")));
+                  HasSubstr("prediction_uncertainty.maps[0].sigma_mm: expected a number for each x")));
 }
 
 TEST(ReportFindings, ShowTheNoiseThatWasTaken) {

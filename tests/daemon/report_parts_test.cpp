@@ -83,14 +83,14 @@ TEST(ReportVerdict, SaysWhatToDo) {
   EXPECT_EQ(verdict(full_document(6)).kind, Use);
   EXPECT_EQ(verdict(sample_document(6, false)).kind, Caution);
   json::object document = full_document(6);
-  document["transfer"] = {
+  document["prediction_uncertainty"] = {
       {"rms_mm", 1}, {"max_mm", 9}, {"worst_joints", {1, 2}}, {"warning", "Measure more."}};
   EXPECT_EQ(verdict(document).kind, Caution);
   document["remeasured"].as_object()["mean"] = 99;
   EXPECT_EQ(verdict(document).kind, Refuse);
   document = full_document(6);
   document["verdict"] = {{"color", "amber"},
-                         {"findings", {{{"severity", "doubt"}, {"sentence", "two rows are far off"}}}}};
+                         {"findings", {{{"severity", "warning"}, {"sentence", "two rows are far off"}}}}};
   EXPECT_EQ(verdict(document).kind, Caution);
   EXPECT_EQ(verdict(document).sentence, "Look into this before you use the model: two rows are far off.");
   EXPECT_EQ(why_unusable(document), "two rows are far off");
@@ -180,11 +180,11 @@ TEST(FrameSection, IsASectionOfACalibrationsPage) {
   EXPECT_THAT(html, AllOf(HasSubstr("Tool 3"), HasSubstr("a &lt; b"), HasSubstr("TOOL_DATA[3]={X 1.0}"),
                           HasSubstr("download=\"frame.json\"")));
   EXPECT_THAT(html, Not(HasSubstr("Not to be used")));
-  tool["doubtful"] = json::array{2};
+  tool["outliers"] = json::array{2};
   EXPECT_THAT(render_html(sample_document(5, true), {.frame = &tool}), HasSubstr("Not to be used: row 2"));
-  tool["doubtful"] = json::array{};
+  tool["outliers"] = json::array{};
   tool["base_shift"] =
-      json::parse(R"({"p": {"x": 0, "y": 0.3, "z": 0.4}, "sigma_mm": [0.03, 0, 0.04], "is_real": true})");
+      json::parse(R"({"p": {"x": 0, "y": 0.3, "z": 0.4}, "sigma_mm": [0.03, 0, 0.04], "significant": true})");
   EXPECT_THAT(render_html(sample_document(5, true), {.frame = &tool}),
               HasSubstr("tracker stands 0.50 mm from where the model has it (standard deviation 0.05 mm)"));
   tool.erase("krl");

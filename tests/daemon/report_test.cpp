@@ -190,9 +190,9 @@ TEST(ReportText, SaysWhatNotToTrust) {
   EXPECT_THAT(text, Not(HasSubstr("Validation")));
   EXPECT_THAT(text, HasSubstr("did not converge"));
   EXPECT_THAT(text,
-              HasSubstr("\nVerdict: red. Do not use this model.\n  refusal: the identification did not"));
+              HasSubstr("\nVerdict: red. Do not use this model.\n  error: the identification did not"));
   EXPECT_THAT(text,
-              HasSubstr("\n  doubt: nothing but the points that it was fitted to shows how good it is"));
+              HasSubstr("\n  warning: nothing but the points that it was fitted to shows how good it is"));
 }
 
 }  // namespace

@@ -117,9 +117,9 @@ TEST(ARecordingFolder, RemovesTheOldestAndKeepsTheNewestWhateverItsSize) {
   make("2026-02.recording", 10);
   make("2026-03.recording", 2 << 20);
   make("notes.txt", 10);
-  EXPECT_THAT((RecordingFolder{{.folder = folder.path(), .most_files = 2, .most_mb = 9}}.prune()),
+  EXPECT_THAT((RecordingFolder{{.folder = folder.path(), .max_files = 2, .max_mb = 9}}.prune()),
               ElementsAre("2026-01.recording"));
-  const RecordingFolder small{{.folder = folder.path(), .most_files = 9, .most_mb = 1}};
+  const RecordingFolder small{{.folder = folder.path(), .max_files = 9, .max_mb = 1}};
   EXPECT_THAT(small.prune(), ElementsAre("2026-02.recording"));
   EXPECT_THAT(small.prune(), ElementsAre()) << "the newest stays";
   EXPECT_EQ(small.list().size(), 1U);

@@ -49,7 +49,7 @@ TEST(AStreamUnderAttack, IsNotLedAnywhereByTwoForgedDatagramsOfAnotherAddress) {
   }
   rig.ticks(10);
   EXPECT_EQ(rig.applied, before);
-  EXPECT_EQ(rig.status().counters.foreign, 2u);
+  EXPECT_EQ(rig.status().counters.unexpected_sender, 2u);
   EXPECT_EQ(rig.status().counters.sessions, 1u);
   EXPECT_THAT(told(*rig.cycle, StreamEventKind::Foreign),
               testing::ElementsAre(HasSubstr("packets of 127.0.0.2:40000 are dropped")))

@@ -429,11 +429,12 @@ void StreamCell::judge(const Plant::State& state) {
 void StreamCell::check() {
   const StreamStatus status = cycle_->status();
   const StreamCounters& c = status.counters;
-  expect(c.datagrams == c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unproven + c.unanswered,
+  expect(c.datagrams == c.answered + c.held + c.duplicate + c.wrong_ipoc + c.unconfirmed + c.unanswered,
          "a datagram is in no counter, or in two");
-  expect(c.datagrams + c.foreign == given_, "a datagram is neither the controller's nor foreign, or both");
+  expect(c.datagrams + c.unexpected_sender == given_,
+         "a datagram is neither the controller's nor foreign, or both");
   expect(c.replies() == replied_, "a reply is in no counter, or a counter has one that was not given");
-  expect(c.foreign >= foreign_given_, "a foreign datagram is taken for the controller's");
+  expect(c.unexpected_sender >= foreign_given_, "a foreign datagram is taken for the controller's");
   expect(status.max_step_deg <= kMaxStep_deg + kGrid_deg,
          "the stream itself tells of a step above the bound");
   expect(history_.greatest_correction_deg <= kMaxTotal_deg + kGrid_deg, "a correction is above its bound");

@@ -31,7 +31,7 @@ TEST(StreamCycle, AnswersEveryDatagramWithItsOwnIpocAndNoCorrectionWhileIdle) {
   const StreamStatus status = rig.status();
   EXPECT_EQ(status.counters.datagrams, 104u);
   EXPECT_EQ(status.counters.answered, 101u);
-  EXPECT_EQ(status.counters.unproven, 3u) << "the first cycles show that nothing is in force";
+  EXPECT_EQ(status.counters.unconfirmed, 3u) << "the first cycles show that nothing is in force";
   EXPECT_EQ(status.counters.sessions, 1u);
   EXPECT_EQ(status.counters.late, 0u);
   EXPECT_EQ(status.ipoc_step, 4u);
@@ -280,7 +280,7 @@ TEST(StreamCycle, CountsWhomALateReplyIsDownTo) {
   rig.pass(2100us);
   rig.tick();
   const StreamCounters counters = rig.status().counters;
-  EXPECT_EQ(counters.late_by_us, 1u);
+  EXPECT_EQ(counters.late_by_daemon, 1u);
   EXPECT_EQ(counters.late_by_machine, 2u);
   EXPECT_EQ(counters.late_by_network, 1u);
 }

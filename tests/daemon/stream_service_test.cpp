@@ -217,7 +217,7 @@ TEST_F(AWatchedStream, WaitsForASilentControllerWhereItGoesOnByItself) {
     co_await pass(1s);
     Answer now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "streaming");
-    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STREAM_SILENT");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STREAM_TIMEOUT");
     EXPECT_EQ(now->at_pointer("/waiting/device"), "controller");
     sends = true;
     co_await pass(200ms);
@@ -404,7 +404,7 @@ TEST_F(AWatchedStream, NamesPacketsThatAreNotTheControllers) {
     rig.send("<Rob/>", {0x7f000002, 50'000});
     co_await pass(100ms);
     const Answer now = co_await ask("stream.status");
-    EXPECT_EQ(now->at("foreign"), 1);
+    EXPECT_EQ(now->at("unexpected_sender"), 1);
     EXPECT_THAT(std::string{now->at("refused").as_string()}, HasSubstr("127.0.0.2:50000"));
   });
 }
@@ -448,7 +448,7 @@ TEST(StreamJson, TellsOfItsThreadWhatTheKernelDoes) {
       told(drivers::Scheduling{.policy = "SCHED_FIFO", .priority = 80, .cpus = {3}, .locked_kB = 64});
   EXPECT_EQ(known.at("scheduling"),
             json::parse(R"({"policy": "SCHED_FIFO", "priority": 80, "cpus": [3], "locked_kB": 64})"));
-  EXPECT_EQ(known.at("late_by"), json::parse(R"({"us": 0, "machine": 2, "network": 0})"));
+  EXPECT_EQ(known.at("late_by"), json::parse(R"({"daemon": 0, "machine": 2, "network": 0})"));
   EXPECT_EQ(known.at_pointer("/turnaround_us/max"), 90.0);
   EXPECT_EQ(known.at_pointer("/compute_us/p50"), 7.0);
   EXPECT_TRUE(told(std::nullopt).at("scheduling").is_null());

@@ -138,7 +138,7 @@ TEST(StreamSession, GoesOnAtOnceAfterAGapInWhichTheControllerCountedEveryCycle) 
   }
   EXPECT_FALSE(rig.tick().empty());
   EXPECT_NE(before, JointVector(JointVector::Zero(6)));
-  EXPECT_EQ(rig.status().counters.unproven, 3u);
+  EXPECT_EQ(rig.status().counters.unconfirmed, 3u);
 }
 
 TEST(StreamSession, IsSilentToTheNearlyEmptyFirstFrameOfOldControllersAndThenRampsIn) {

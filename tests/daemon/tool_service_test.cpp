@@ -247,7 +247,7 @@ TEST_F(ToolServiceTest, AToolWhoseReadingsContradictEachOtherCannotBeUsed) {
     co_await campaign_ended();
   });
   const json::value found = *call("campaign.get");
-  EXPECT_EQ(found.at_pointer("/frame/doubtful").as_array().size(), 1U) << found.at("frame");
+  EXPECT_EQ(found.at_pointer("/frame/outliers").as_array().size(), 1U) << found.at("frame");
   EXPECT_FALSE(found.at("frame").as_object().contains("yaml"));
   EXPECT_THAT(refused("tool.activate", {{"id", found.at_pointer("/campaign/id")}}),
               HasSubstr("more than five standard deviations"));
@@ -264,7 +264,7 @@ TEST_F(ToolServiceTest, AToolWhoseReadingsShowThatTheTrackerMovedCannotBeUsed) {
     co_await campaign_ended();
   });
   const json::value found = *call("campaign.get");
-  EXPECT_EQ(found.at_pointer("/frame/base_shift/is_real"), true) << found.at("frame");
+  EXPECT_EQ(found.at_pointer("/frame/base_shift/significant"), true) << found.at("frame");
   EXPECT_FALSE(found.at("frame").as_object().contains("yaml"));
   EXPECT_THAT(json::serialize(found.at_pointer("/frame/notes")), HasSubstr("times as far as their noise"));
   EXPECT_THAT(std::string{found.at_pointer("/campaign/reason").as_string()},

@@ -229,8 +229,8 @@ TEST_F(TouchedBaseServiceTest, RefusesWhatCannotBeTouched) {
               HasSubstr("params.at: missing: the tracker has to be told where the points are"));
   EXPECT_THAT(why({}, "points"), HasSubstr("params.points"));
   EXPECT_THAT(why({{"points", {"a", "b", "c"}}}), HasSubstr("the points say no frame"));
-  EXPECT_THAT(why({{"known", {{0, 0, 0}}}}),
-              HasSubstr("params.known: expected a row for each of the points"));
+  EXPECT_THAT(why({{"nominal", {{0, 0, 0}}}}),
+              HasSubstr("params.nominal: expected a row for each of the points"));
   EXPECT_THAT(why({{"touch", 0}}), HasSubstr("params.touch"));
   EXPECT_THAT(refused("campaign.start", {{"kind", "tool"}, {"number", 3}, {"touch", 3}}),
               HasSubstr("params.touch"));

@@ -28,10 +28,11 @@ bool is_stored_point(const control::Event& event) {
 
 /// To the last digits that a file of points keeps.
 void expect_same_calibration(const json::value& a, const json::value& b) {
-  for (const char* member : {"/method", "/converged", "/rank", "/observability/unknown", "/prior/used"})
+  for (const char* member :
+       {"/method", "/converged", "/rank", "/observability/not_identifiable", "/prior/used"})
     EXPECT_EQ(a.at_pointer(member), b.at_pointer(member)) << member;
   for (const char* member : {"/identify/before/mean", "/identify/after/max", "/validate/before/mean",
-                             "/validate/after/mean", "/sigma0_mm", "/transfer/max_mm"})
+                             "/validate/after/mean", "/sigma0_mm", "/prediction_uncertainty/max_mm"})
     EXPECT_NEAR(number(a, member), number(b, member), 1e-6) << member;
   const json::array &ours = a.at("parameters").as_array(), &theirs = b.at("parameters").as_array();
   ASSERT_EQ(ours.size(), theirs.size());

@@ -145,12 +145,13 @@ TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDr
       "max "
       "step %.6f deg, %s of %s cycles; resident %.1f, %.1f, %.1f MB\n",
       static_cast<unsigned long long>(flood.sent()), static_cast<unsigned long long>(dropped),
-      json::serialize(stream.at("foreign")).c_str(), static_cast<long long>(block.count()), median(quiet_us),
-      median(flooded_us), median(flooded), median(repeated), number(rsi, "/max_step_deg"),
+      json::serialize(stream.at("unexpected_sender")).c_str(), static_cast<long long>(block.count()),
+      median(quiet_us), median(flooded_us), median(flooded), median(repeated), number(rsi, "/max_step_deg"),
       missed(rsi).c_str(), json::serialize(rsi.at("cycles")).c_str(), before_MB, first_MB, after_MB);
 
   EXPECT_EQ(stream.at("state"), "correcting") << json::serialize(stream);
-  EXPECT_EQ(number(stream, "/foreign") + static_cast<double>(dropped), static_cast<double>(flood.sent()));
+  EXPECT_EQ(number(stream, "/unexpected_sender") + static_cast<double>(dropped),
+            static_cast<double>(flood.sent()));
   EXPECT_EQ(stream.at("sessions"), 1);
   for (const char* counter : {"malformed", "wrong_ipoc", "duplicate"})
     EXPECT_EQ(stream.at(counter), 0) << counter;

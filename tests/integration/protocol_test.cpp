@@ -127,7 +127,7 @@ void expect_compensated(tools::RpcClient& client) {
   EXPECT_TRUE(stretched->at("damped").at(0).as_bool());
   EXPECT_LT(stretched->at("residual_mm").at(0).to_number<double>(), 1e-6);
   expect_tcp_kept(client, stretched->at("joints").at(0));
-  const auto bent = of({0, -90, 90, 0, 10, 0});  // enough for this cell's stream.singular_deg
+  const auto bent = of({0, -90, 90, 0, 10, 0});  // enough for this cell's stream.singularity_threshold_deg
   ASSERT_TRUE(bent) << bent.error().message;
   EXPECT_FALSE(bent->at("damped").at(0).as_bool());
   const auto beyond = of({0, -90, 90, 0, 35, 360});
@@ -151,7 +151,7 @@ void expect_joints_of_the_command_line(const LiveCell& cell, tools::RpcClient& c
   const Finished offline = run_program(
       "truepose", {"compensate", "--robot", TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml",
                    "--model", cell.write("exported.yaml", exported->at("yaml").as_string().c_str()),
-                   "--poses", cell.write("poses.csv", rows), "--singular-below", "5", "--json"});
+                   "--poses", cell.write("poses.csv", rows), "--singularity-threshold", "5", "--json"});
   ASSERT_EQ(offline.exit_code, 0) << offline.err;
   const json::value document = json::parse(offline.out);
   for (std::size_t row = 0; row < poses.size(); ++row) {
@@ -163,8 +163,9 @@ void expect_joints_of_the_command_line(const LiveCell& cell, tools::RpcClient& c
 }
 
 TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
-  LiveCell cell{
-      {.speedup = 1000, .cell = {{"singular_deg: 20 ", "singular_deg: 5\n  tcp: {x: 0, y: 0, z: 300} "}}}};
+  LiveCell cell{{.speedup = 1000,
+                 .cell = {{"singularity_threshold_deg: 20 ",
+                           "singularity_threshold_deg: 5\n  tcp: {x: 0, y: 0, z: 300} "}}}};
   cell.start_daemon();
   const json::value document = schema();
   const SchemaCheck check{document};

@@ -109,9 +109,9 @@ TEST_F(AStreamUnderWay, AnswersEveryPacketHoldsThroughAStallAndRampsOutAtTheEnd)
   const json::value undisturbed = cell.simulated().at("rsi");
   std::printf("daemon: %s\nsimulator: %s\n", json::serialize(stream).c_str(),
               json::serialize(undisturbed).c_str());
-  EXPECT_EQ(number(stream, "/answered") + number(stream, "/unproven"), number(stream, "/cycles"));
-  EXPECT_LE(number(stream, "/unproven"), 10) << "at the start, until it is known that nothing is in force";
-  EXPECT_EQ(stream.at("foreign"), 0);
+  EXPECT_EQ(number(stream, "/answered") + number(stream, "/unconfirmed"), number(stream, "/cycles"));
+  EXPECT_LE(number(stream, "/unconfirmed"), 10) << "at the start, until it is known that nothing is in force";
+  EXPECT_EQ(stream.at("unexpected_sender"), 0);
   EXPECT_EQ(stream.at("malformed"), 0);
   EXPECT_EQ(stream.at("wrong_ipoc"), 0);
   // What the machine kept from the daemon shows on both sides.

@@ -130,7 +130,7 @@ class ATroubledStream : public testing::Test {
       if (!event) throw std::runtime_error{event.error().message};
       if (event->topic == "stream") cycles_ = number(event->data, "/cycles");
       if (cycles_ > kSoon_cycles) throw std::runtime_error{"no fault " + code};
-      if (event->topic != "fault" || event->data.at("standing") != true) continue;
+      if (event->topic != "fault" || event->data.at("active") != true) continue;
       const std::string found{event->data.at("code").as_string()};
       if (found == code) return *std::move(event);
       if (found == "E_CELL") throw std::runtime_error{"the stream has ended without a fault " + code};

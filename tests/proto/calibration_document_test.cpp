@@ -117,10 +117,10 @@ TEST(CalibrationDocument, SaysWhatWasRejectedWhatThePriorWasAndWhatEachDeviation
   s.data.points[2].row = 7;
   s.calibration.prior_used = true;
   s.calibration.prior_scale = {.length_mm = 0.6, .angle_rad = 0.001};
-  s.calibration.deviation = {.scale = 1e-3,
-                             .geometric_rms_mm = 0.5,
-                             .rms_mm = 0.1,
-                             .gains = {{"joint2.gravity", true, 0.4}, {"joint6.harmonic1", false, 0.11}}};
+  s.calibration.non_geometric = {.scale = 1e-3,
+                                 .geometric_rms_mm = 0.5,
+                                 .rms_mm = 0.1,
+                                 .gains = {{"joint2.gravity", true, 0.4}, {"joint6.harmonic1", false, 0.11}}};
   const json::object document = calibration_document(s.calibration, s.data, 0);
   EXPECT_EQ(document.at("rejected"), (json::value{{{"point", 3},
                                                    {"row", 7},
@@ -129,7 +129,7 @@ TEST(CalibrationDocument, SaysWhatWasRejectedWhatThePriorWasAndWhatEachDeviation
                                                    {"residual_mm", 12.5},
                                                    {"sigmas", 300.0}}}));
   EXPECT_EQ(document.at("prior"), (json::value{{"used", true}, {"length_mm", 0.6}, {"angle_rad", 0.001}}));
-  EXPECT_EQ(document.at("deviation").at("groups").at(1),
+  EXPECT_EQ(document.at("non_geometric").at("groups").at(1),
             (json::value{{"name", "joint6.harmonic1"}, {"chosen", false}, {"rms_mm", 0.11}}));
 }
 
@@ -162,7 +162,7 @@ TEST(CalibrationDocument, WarnsOfPosesThatArePredictedWorseThanTheNominalArmErrs
 TEST(CalibrationDocument, MapsTheUncertaintyOverTheLimitsOfTwoJoints) {
   const Sample s = transferred();
   const json::object document = calibration_document(s.calibration, s.data, 0);
-  const json::array& maps = document.at("transfer").at("maps").as_array();
+  const json::array& maps = document.at("prediction_uncertainty").at("maps").as_array();
   ASSERT_EQ(maps.size(), 1U);  // of joints 1 and 2; there is no third
   EXPECT_EQ(maps[0].at("x"), (json::value{{"joint", 1}, {"from", -180.0}, {"to", 90.0}, {"count", 17}}));
   EXPECT_EQ(maps[0].at("y"), (json::value{{"joint", 2}, {"from", 0.0}, {"to", 300.0}, {"count", 17}}));

@@ -279,6 +279,8 @@ TEST(ParamReader, SaysWhatWasExpectedAndWhatWasFound) {
   EXPECT_EQ(complaint(R"({"poses":1001})", poses), "params.poses: expected an integer 1..1000, found 1001");
   EXPECT_EQ(complaint(R"({"poses":2.5})", poses), "params.poses: expected an integer 1..1000, found 2.5");
   EXPECT_EQ(complaint(R"({"pose":5})", poses), "params.pose: unknown parameter");
+  EXPECT_EQ(complaint(R"({"known":[]})", [](ParamReader& read) { (void)read.rows("nominal", 3, 10); }),
+            "params.known: unknown parameter, renamed to 'nominal'");
   EXPECT_EQ(complaint("{}", [](ParamReader& read) { (void)read.required(read.text("id"), "id"); }),
             "params.id: is missing");
   EXPECT_EQ(complaint(R"({"r":[[1,2],[3]]})", [](ParamReader& read) { (void)read.rows("r", 2, 10); }),

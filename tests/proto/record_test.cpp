@@ -170,13 +170,13 @@ CalibrationDocument full_document() {
   CalibrationDocument x;
   Filler{}(x);
   // What a document does not say.
-  x.deviation->terms.clear();
+  x.non_geometric->terms.clear();
   for (CrossValidation& tried : x.residual->tried) {
     tried.squared_errors.clear();
     tried.predicted = {};
     tried.expected_rms = 0;
   }
-  x.deviation->likely = {};
+  x.non_geometric->likely = {};
   x.prior->scale.deviation = PriorScale{}.deviation;
   x.prior->scale.reflector_mm = PriorScale{}.reflector_mm;
   for (ArmJoint& each : x.arm->joints) {
@@ -193,7 +193,7 @@ CalibrationDocument full_document() {
   for (StageErrors* stages : all_stages)
     stages->before.count = stages->geometric.count = stages->after.count = stages->points;
   x.remeasured->count = x.validate->points;
-  for (UncertaintyMap& map : x.transfer->maps) {
+  for (UncertaintyMap& map : x.prediction_uncertainty->maps) {
     map.x.joint = map.y.joint = 1;
     map.x.count = map.y.count = 2;
   }
@@ -249,10 +249,57 @@ TEST(CalibrationDocumentReader, NamesTheMemberThatIsWrongAndWhatItFound) {
   EXPECT_EQ(with("/rank", nullptr), "rank: expected a whole number of 0 or more, found null");
   EXPECT_EQ(with("/smr", 3), "smr: expected an object, found 3");
   EXPECT_EQ(with("/arm/joints/1/sign", 0), "arm.joints[1].sign: expected -1 or 1, found 0");
-  EXPECT_EQ(with("/transfer/maps/0/sigma_mm", json::array{}),
-            "transfer.maps[0].sigma_mm: expected a list for each y");
+  EXPECT_EQ(with("/prediction_uncertainty/maps/0/sigma_mm", json::array{}),
+            "prediction_uncertainty.maps[0].sigma_mm: expected a list for each y");
   EXPECT_THAT(with("/residual/chosen", "magic"),
               HasSubstr("residual.chosen: expected one of none, gp, kriging"));
+}
+
+TEST(DocumentReaders, RefuseAnOldMemberWithItsNewName) {
+  struct Old {
+    const char *place, *key, *new_key;
+  };
+  const auto with = [](json::value document, const Old& old) {
+    document.at_pointer(old.place).as_object()[old.key] = 0;
+    return document.as_object();
+  };
+  const auto refusal = [](const Old& old) {
+    return "unknown key '" + std::string{old.key} + "', renamed to '" + old.new_key + "'";
+  };
+  for (const Old& old :
+       {Old{"", "deviation", "non_geometric"}, Old{"", "far_validation", "validation_outliers"},
+        Old{"", "transfer", "prediction_uncertainty"}, Old{"/observability", "unknown", "not_identifiable"},
+        Old{"/observability", "weak", "weakly_identifiable"},
+        Old{"/thermal", "growth_ppm_per_k", "expansion_ppm_per_k"},
+        Old{"/identify", "turns", "orientation_errors"},
+        Old{"/rejected/0", "turn_rad", "orientation_error_rad"}, Old{"/stream", "unproven", "unconfirmed"}})
+    EXPECT_THAT(error_of(with(calibration_document(full_document()), old)), HasSubstr(refusal(old)));
+  json::value severity = calibration_document(full_document());
+  for (const Old& old : {Old{"", "doubt", "warning"}, Old{"", "refusal", "error"}}) {
+    severity.at_pointer("/verdict/findings/0/severity") = old.key;
+    EXPECT_THAT(error_of(severity.as_object()),
+                HasSubstr("found \"" + std::string{old.key} + "\", renamed to '" + old.new_key + "'"));
+  }
+
+  DriftDocument drift;
+  Filler{}(drift);
+  for (const Old& old :
+       {Old{"", "distance2", "chi2"}, Old{"", "degrees", "degrees_of_freedom"},
+        Old{"", "probability", "p_value"}, Old{"/causes/0", "probability", "p_value"},
+        Old{"/update", "wrong", "rejected"}, Old{"/update", "doubts", "warnings"},
+        Old{"/update", "left_out", "leave_one_out"}, Old{"/update", "probability", "p_value"}}) {
+    const auto read = read_drift_document(with(drift_document(drift), old));
+    EXPECT_THAT(read ? "" : read.error(), HasSubstr(refusal(old)));
+  }
+
+  FrameDocument frame;
+  Filler{}(frame);
+  for (const Old& old : {Old{"", "doubtful", "outliers"}, Old{"/points/0", "misfit_mm", "residual_mm"},
+                         Old{"/readings/0", "turn_error_deg", "orientation_error_deg"},
+                         Old{"/base_shift", "is_real", "significant"}}) {
+    const auto read = read_frame_document(with(frame_document(frame), old));
+    EXPECT_THAT(read ? "" : read.error(), HasSubstr(refusal(old)));
+  }
 }
 
 TEST(DriftDocumentReader, ReadsBackEveryMemberThatIsWritten) {

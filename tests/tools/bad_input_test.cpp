@@ -85,8 +85,8 @@ TEST_F(BadInput, ANumberOfAnOptionThatIsNotFinite) {
             option + ": " + why);
   };
   compensate("--near", "0,-90,90,0,30,nan", "not a finite number: 'nan'");
-  compensate("--singular-bound", "inf", "not a finite number: 'inf'");
-  compensate("--largest-correction", "1e999", "a number out of range: '1e999'");
+  compensate("--singularity-limit", "inf", "not a finite number: 'inf'");
+  compensate("--max-correction", "1e999", "a number out of range: '1e999'");
 }
 
 TEST_F(BadInput, ACubeWithoutAnEdge) {
@@ -101,7 +101,7 @@ TEST_F(BadInput, WrongUsage) {
   expect_one_line(calibrate({"--robot", kRobot}), 2, "--data is required" + see);
   expect_one_line(
       calibrate({"--robot", kRobot, "--data", "d.csv", "--loss", "cauchy"}), 2,
-      "--loss: 'cauchy' is not available in this version (available: screened, squared, huber, igg3, tukey)" +
+      "--loss: 'cauchy' is not available in this version (available: outlier-rejection, squared, huber, igg3, tukey)" +
           see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "0.7", "--validate", "v.csv"}),
                   2, "--validate excludes --split" + see);
@@ -112,13 +112,45 @@ TEST_F(BadInput, WrongUsage) {
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--seed", "1"}), 2,
                   "--seed requires --split or --folds" + see);
   for (std::vector<std::string> options :
-       {std::vector<std::string>{"--harmonics", "1,2"}, {"--harmonics", "3", "--deviation", "none"}}) {
+       {std::vector<std::string>{"--harmonics", "1,2"}, {"--harmonics", "3", "--non-geometric", "none"}}) {
     options.insert(options.begin(), {"--robot", kRobot, "--data", "d.csv"});
-    expect_one_line(calibrate(options), 2, "--harmonics requires --deviation auto" + see);
+    expect_one_line(calibrate(options), 2, "--harmonics requires --non-geometric auto" + see);
   }
-  EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--deviation", "some"}).exit_code, 2);
+  EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--non-geometric", "some"}).exit_code, 2);
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--residual", "some"}).exit_code, 2);
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "1.5"}).exit_code, 2);
+}
+
+TEST_F(BadInput, AnOldOptionIsRefusedWithItsNewName) {
+  const std::vector<std::string> compensate{"compensate", "--robot", kRobot, "--model", "m", "--poses", "p"},
+      calibrate{"calibrate", "--robot", kRobot, "--data", "d"}, identify{"campaign", "identify", "ID"},
+      start{"campaign", "start"};
+  struct Old {
+    std::vector<std::string> words;
+    std::string option, value, new_option;
+  };
+  for (const Old& old : {Old{calibrate, "--deviation", "auto", "--non-geometric"},
+                         Old{identify, "--deviation", "auto", "--non-geometric"},
+                         Old{compensate, "--singular-below", "20", "--singularity-threshold"},
+                         Old{compensate, "--singular-bound", "0.5", "--singularity-limit"},
+                         Old{compensate, "--largest-correction", "10", "--max-correction"},
+                         Old{compensate, "--most-residual", "0.1", "--max-orientation-residual"},
+                         Old{compensate, "--most-residual-mm", "0.01", "--max-position-residual"},
+                         Old{start, "--known", "0,0,0", "--nominal"}})
+    for (const bool in_one_word : {false, true}) {
+      std::vector<std::string> words = old.words;
+      if (in_one_word)
+        words.push_back(old.option + "=" + old.value);
+      else
+        words.insert(words.end(), {old.option, old.value});
+      expect_one_line(
+          run_program("truepose", words), 2,
+          old.option + ": unknown option, renamed to '" + old.new_option + "' (see truepose --help)");
+    }
+  const Finished loss =
+      run_program("truepose", {"calibrate", "--robot", kRobot, "--data", "d", "--loss", "screened"});
+  EXPECT_EQ(loss.exit_code, 2);
+  EXPECT_NE(loss.err.find("tukey), renamed to 'outlier-rejection'"), std::string::npos) << loss.err;
 }
 
 TEST_F(BadInput, RowsThatValidateWhereTheSplitIsDrawn) {

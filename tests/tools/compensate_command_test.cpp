@@ -54,7 +54,7 @@ class Compensate : public testing::Test {
   }
   /// With all the orientation that rows may give up.
   json::object document(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.end(), {"--most-residual", "5", "--json"});
+    arguments.insert(arguments.end(), {"--max-orientation-residual", "5", "--json"});
     const Finished run = compensate(arguments);
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_EQ(run.err, "");
@@ -137,7 +137,7 @@ TEST_F(Compensate, CountsTheRowsWhosePositionGivesWayAndHoldsItInSigma) {
     for (const auto& [from, to] : from_to) row += ',' + std::to_string(random.uniform(from, to));
     rows += row.substr(1) + '\n';
   }
-  const Finished run = compensate({"--joints", file(rows), "--most-residual", "180", "--json"});
+  const Finished run = compensate({"--joints", file(rows), "--max-orientation-residual", "180", "--json"});
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.err, testing::ContainsRegex(
                            "^truepose: [0-9]+ of 1500 rows give up more than 0.01 mm of position next to a "
@@ -150,9 +150,10 @@ TEST_F(Compensate, CountsTheRowsWhosePositionGivesWayAndHoldsItInSigma) {
     gives_way += residual_mm > 0.01;
   }
   EXPECT_TRUE(run.err.starts_with("truepose: " + std::to_string(gives_way) + ' ')) << run.err;
-  EXPECT_EQ(
-      compensate({"--joints", file(rows), "--most-residual", "180", "--most-residual-mm", "1000"}).exit_code,
-      0);
+  EXPECT_EQ(compensate({"--joints", file(rows), "--max-orientation-residual", "180",
+                        "--max-position-residual", "1000"})
+                .exit_code,
+            0);
 }
 
 TEST_F(Compensate, TakesNoRadiansForDegreesAndNoMetresForMillimetres) {
@@ -181,10 +182,10 @@ TEST_F(Compensate, TheBoundAndItsZoneCanBeSet) {
     return (joints(document(arguments), 0) - q).cwiseAbs().maxCoeff() * kDegPerRad;
   };
   EXPECT_LT(largest({}), 0.5);
-  EXPECT_GT(largest({"--singular-bound", "3"}), 0.5);
-  EXPECT_LT(largest({"--singular-bound", "3"}), 3);
-  EXPECT_GT(largest({"--singular-below", "0", "--largest-correction", "90"}), 10);
-  EXPECT_EQ(compensate({"--joints", targets, "--singular-bound", "0"}).exit_code, 2);
+  EXPECT_GT(largest({"--singularity-limit", "3"}), 0.5);
+  EXPECT_LT(largest({"--singularity-limit", "3"}), 3);
+  EXPECT_GT(largest({"--singularity-threshold", "0", "--max-correction", "90"}), 10);
+  EXPECT_EQ(compensate({"--joints", targets, "--singularity-limit", "0"}).exit_code, 2);
 }
 
 TEST_F(Compensate, ATargetThatOnlyASingularityMakesDifficultIsRefusedWithItsRow) {
@@ -198,7 +199,7 @@ TEST_F(Compensate, ATargetThatOnlyASingularityMakesDifficultIsRefusedWithItsRow)
   EXPECT_THAT(error("20,-130,64.8,30,45,-40\n"),  // the wrist's centre near axis 1
               HasSubstr("row 2: joint 4 would have to be corrected by -18.0 deg"));
   EXPECT_THAT(error("20,-130,65,30,45,-40\n"), HasSubstr("row 2: the calibrated arm cannot reach it"));
-  EXPECT_THAT(error(kSingularRow, {"--singular-below", "0"}), HasSubstr("too near to a singularity"));
+  EXPECT_THAT(error(kSingularRow, {"--singularity-threshold", "0"}), HasSubstr("too near to a singularity"));
 }
 
 TEST_F(Compensate, TheTcpComesFirstWhereATheToolIsGiven) {

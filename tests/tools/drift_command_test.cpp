@@ -68,7 +68,7 @@ TEST_F(DriftCommand, SaysOkOfAnUnchangedArm) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const json::object document = printed_document(run.out).as_object();
   EXPECT_EQ(document.at("verdict"), "ok");
-  EXPECT_EQ(document.at("degrees"), 15);
+  EXPECT_EQ(document.at("degrees_of_freedom"), 15);
   EXPECT_EQ(document.at("parameters"), "uncertain");
   EXPECT_EQ(document.at("points").as_array().size(), 5U);
   EXPECT_EQ(document.at("points").at(4).at("row"), 5);
@@ -126,7 +126,8 @@ TEST_F(DriftCommand, WritesNoUpdateOfAnUnchangedArmOrByAWrongReading) {
   EXPECT_EQ(reading.exit_code, 0);
   const json::object update = printed_document(reading.out).at("update").as_object();
   EXPECT_EQ(update.at("offered"), false);
-  EXPECT_TRUE(update.at("wrong").at(0).as_string().starts_with("the reading of point 4 alone is off by 2.0"));
+  EXPECT_TRUE(
+      update.at("rejected").at(0).as_string().starts_with("the reading of point 4 alone is off by 2.0"));
   EXPECT_FALSE(exists(std::filesystem::path{updated}));
 }
 

@@ -98,7 +98,7 @@ TEST(Experiment, ShowsWhatEachLayerBuysOnAHeavyArmAndThatInversionBuysNothing) {
   EXPECT_LT(layer("compliance", false).validation.mean, 0.5 * geometric);
   EXPECT_LT(layer("compliance and harmonics", false).validation.mean,
             layer("compliance", false).validation.mean);
-  EXPECT_LT(layer("deviation auto", false).validation.mean, 0.045);
+  EXPECT_LT(layer("non-geometric auto", false).validation.mean, 0.045);
   EXPECT_LT(layer("geometric", true).validation.mean, 0.04);
   EXPECT_GT(layer("nominal", true).validation.mean, 1);
 }
@@ -108,9 +108,9 @@ TEST(Experiment, ShowsWhatAResidualFieldBuysOnGeometryAndThatDeviationsLeaveItLi
   EXPECT_LT(layer("geometric and gp", false).validation.mean, 0.9 * geometric);
   for (const RegressorKind kind : kAllRegressors)
     EXPECT_GT(layer("geometric and " + std::string(name_of(kind)), false).validation.mean,
-              layer("deviation auto", false).validation.mean);
-  EXPECT_NEAR(layer("deviation auto and gp", false).validation.mean,
-              layer("deviation auto", false).validation.mean, 0.005);
+              layer("non-geometric auto", false).validation.mean);
+  EXPECT_NEAR(layer("non-geometric auto and gp", false).validation.mean,
+              layer("non-geometric auto", false).validation.mean, 0.005);
 }
 
 TEST(PublishedArm, IsTheOneOfTheRobotFile) {

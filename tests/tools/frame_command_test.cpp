@@ -166,7 +166,7 @@ TEST_F(FrameCommand, OneReadingOfA6DTargetTellsTheToolWithItsAxes) {
   const json::object tool = document("tool", {"--data", data, "--out", path("tool.yaml")});
   EXPECT_LT((frame_in(tool) - X_FT_).norm(), 1e-3);
   EXPECT_GE(tool.at("sigma_deg").at(0).to_number<double>(), 0.01);
-  EXPECT_LT(tool.at("readings").at(0).at("turn_error_deg").to_number<double>(), 1e-6);
+  EXPECT_LT(tool.at("readings").at(0).at("orientation_error_deg").to_number<double>(), 1e-6);
   EXPECT_THAT(run("tool", {"--data", data}).out, HasSubstr("turned by, deg"));
   const auto kept = config::load_tool(path("tool.yaml"), nominal_);
   ASSERT_TRUE(kept.data.readings[0].orientation) << "which another model needs to reckon the tool by";

@@ -92,7 +92,7 @@ double mean_error_mm(const CalibratedCell& cell, std::span<const Measurement> po
 
 TEST_F(Layers, OfACalibratedArmReachTheModelFileTheForwardKinematicsAndTheCompensation) {
   const std::string data = write_measurements(), model = folder_.path() / "model.yaml";
-  const json::object document = succeed({"calibrate", "--robot", kRobot, "--data", data, "--deviation",
+  const json::object document = succeed({"calibrate", "--robot", kRobot, "--data", data, "--non-geometric",
                                          "auto", "--residual", kResidual, "--out", model, "--json"});
   const auto mean_mm = [&](const char* stage) {
     return document.at("validate").at(stage).at("mean").to_number<double>();
@@ -122,7 +122,7 @@ TEST_F(Layers, OfACalibratedArmReachTheModelFileTheForwardKinematicsAndTheCompen
   const json::object poses =
       succeed({"fk", "--robot", kRobot, "--model", model, "--joints", joints_file, "--json"});
   const json::object compensated = succeed({"compensate", "--robot", kRobot, "--model", model, "--joints",
-                                            joints_file, "--singular-below", "0", "--json"});
+                                            joints_file, "--singularity-threshold", "0", "--json"});
   double uncorrected_mm = 0, corrected_mm = 0;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const auto pose = json::value_to<std::vector<double>>(poses.at("poses").at(i));
@@ -169,8 +169,9 @@ class Payloads : public testing::Test {
     return folder_.path() / name;
   }
   config::ModelFile calibrated(const std::string& data) {
-    const Finished run = run_program("truepose", {"calibrate", "--robot", kRobot, "--data", data,
-                                                  "--deviation", "auto", "--folds", "5", "--out", model_});
+    const Finished run =
+        run_program("truepose", {"calibrate", "--robot", kRobot, "--data", data, "--non-geometric", "auto",
+                                 "--folds", "5", "--out", model_});
     EXPECT_EQ(run.exit_code, 0) << run.err << run.out;
     return config::load_model(model_);
   }

@@ -59,7 +59,7 @@ class ModelVerdict : public testing::Test {
 
 TEST_F(ModelVerdict, IsToldByEveryCommandThatWorksWithAModelThatFailedIt) {
   const std::string model = write_model(
-      CalibrationVerdict{{{Severity::Refusal, "the largest error is 3 mm"}, {Severity::Doubt, "and"}}});
+      CalibrationVerdict{{{Severity::Error, "the largest error is 3 mm"}, {Severity::Warning, "and"}}});
   const std::string told =
       model + ": judged red when it was made, do not use it: the largest error is 3 mm\n";
   EXPECT_EQ(said({"fk", "--robot", kRobot, "--model", model, "--joints", joints_}), told);
@@ -86,7 +86,7 @@ TEST_F(ModelVerdict, IsToldWithItsDoubtAndNotWhereNothingFailed) {
   const auto fk = [this](const std::string& model) {
     return said({"fk", "--robot", kRobot, "--model", model, "--joints", joints_});
   };
-  const std::string model = write_model(CalibrationVerdict{{{Severity::Doubt, "2 poses say little"}}});
+  const std::string model = write_model(CalibrationVerdict{{{Severity::Warning, "2 poses say little"}}});
   EXPECT_EQ(
       fk(model),
       model + ": judged amber when it was made, look into that before you use it: 2 poses say little\n");
@@ -118,7 +118,7 @@ TEST_F(ModelVerdict, IsWhatCalibrateFound) {
 }
 
 TEST_F(ModelVerdict, StaysWithAModelThatIsBroughtUpToDate) {
-  const CalibrationVerdict red{{{Severity::Refusal, "the largest error is 3 mm"}}};
+  const CalibrationVerdict red{{{Severity::Error, "the largest error is 3 mm"}}};
   const std::string model = write_model(red);
   const Finished run =
       run_program("truepose", {"drift", "--robot", kRobot, "--model", model, "--data",

@@ -228,7 +228,7 @@ TEST_F(Offline, CalibrateTakesA6DTargetAndTellsHowItIsTurned) {
   MeasurementData data = config::load_measurements(reflector, nominal_);
   const json::object plain = succeed({"calibrate", "--robot", kRobot, "--data", reflector, "--json"});
   EXPECT_FALSE(plain.contains("targets"));
-  EXPECT_FALSE(plain.at("validate").as_object().contains("turns"));
+  EXPECT_FALSE(plain.at("validate").as_object().contains("orientation_errors"));
 
   const std::string model = folder_.path() / "model.yaml";
   succeed({"calibrate", "--robot", kRobot, "--data", reflector, "--out", model, "--json"});
@@ -256,7 +256,7 @@ TEST_F(Offline, CalibrateTakesA6DTargetAndTellsHowItIsTurned) {
   arguments.insert(arguments.end(), {"--report", report, "--json"});
   const json::object document = succeed(arguments);
   EXPECT_NE(text_of(report).find("Orientation of 6-D targets, before and after"), std::string::npos);
-  const json::object& turns = document.at("validate").at("turns").as_object();
+  const json::object& turns = document.at("validate").at("orientation_errors").as_object();
   EXPECT_GT(turns.at("before").at("mean_rad").to_number<double>(), 1e-3);
   EXPECT_LT(turns.at("after").at("mean_rad").to_number<double>(), 1e-4);
   const json::object& target = document.at("targets").at(0).as_object();

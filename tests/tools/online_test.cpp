@@ -246,7 +246,7 @@ TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
   EXPECT_EQ(json::parse(run({"campaign", "start", "--base", "5", "--points-file", points, "--json"}).out)
                 .at("asked"),
             json::parse(R"({"kind":"base","number":5,"points":["a","b"],"at":[[1.0,2.0,3.0],[4.0,5.0,6.0]],
-            "known":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
+            "nominal":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
   const Outcome touched = run({"campaign", "start", "--base", "5", "--touch", "3", "--points", "origin,x,xy",
                                "--readings", "2", "--json"});
   EXPECT_EQ(json::parse(touched.out).at("asked"),
@@ -257,7 +257,7 @@ TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
           run({"campaign", "start", "--base", "5", "--touch", "3", "--points-file", known, "--json"}).out)
           .at("asked"),
       json::parse(R"({"kind":"base","number":5,"touch":3,"points":["a","b"],
-            "known":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
+            "nominal":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
   EXPECT_THAT(run({"campaign", "start", "--base", "5", "--touch", "3", "--points-file", points}).err,
               HasSubstr("points.csv: the columns x,y,z are for the tracker, and --touch does without"));
   EXPECT_THAT(run({"campaign", "start", "--touch", "3", "--points", "origin,x,xy"}).err, HasSubstr("--base"));
@@ -458,11 +458,11 @@ TEST(StreamText, ShowsOfTheRobotWhatIsKnownAndNothingElse) {
 
 TEST(StreamText, TellsHowFastAndHowItRuns) {
   const std::string text = stream_text(json::parse(R"({
-      "late_by": {"us": 1, "machine": 22, "network": 3},
+      "late_by": {"daemon": 1, "machine": 22, "network": 3},
       "turnaround_us": {"p50": 41.2, "p99": 80, "p999": 99, "max": 250},
       "compute_us": {"p50": 6.4, "p99": 9, "p999": 12, "max": 31},
       "scheduling": {"policy": "SCHED_FIFO", "priority": 80, "cpus": [2, 3], "locked_kB": 81920}})"));
-  EXPECT_THAT(text, HasSubstr("late by       us 1, machine 22, network 3\n"));
+  EXPECT_THAT(text, HasSubstr("late by       daemon 1, machine 22, network 3\n"));
   EXPECT_THAT(text, HasSubstr("wire          p50 41, p99 80, p99.9 99, max 250 us\n"));
   EXPECT_THAT(text, HasSubstr("compute       p50 6, p99 9, p99.9 12, max 31 us\n"));
   EXPECT_THAT(text, HasSubstr("scheduling    SCHED_FIFO 80 on CPU 2 3, 81920 kB locked\n"));

@@ -161,7 +161,7 @@ TEST_F(PositionerCommand, TheRootOfATiltAndTurnIsToldWithWhatItsAxesErr) {
   const json::array& links = told.at("links").as_array();
   ASSERT_EQ(links.size(), 2U);
   EXPECT_EQ(links[0].at("name").as_string(), "link2.a");
-  EXPECT_NEAR(links[0].at("found").to_number<double>(), 120.4, 0.03);
+  EXPECT_NEAR(links[0].at("value").to_number<double>(), 120.4, 0.03);
   EXPECT_TRUE(told.at("notes").as_array().empty());
   const Finished text = run("positioner", with_table({"--data", workpiece(), "--base-number", "17"}));
   EXPECT_THAT(text.out, HasSubstr("Axis 2 goes through ("));
@@ -256,7 +256,7 @@ TEST_F(PositionerCommand, ARootFarFromTheGivenOneAsksForTheStationOfTheTracker) 
 TEST_F(PositionerCommand, TellsThatTheTableFailedItsVerdictHereAndWhereItIsUsed) {
   calibrate_table(kTiltAndTurn);
   config::ModelFile table = config::load_model(path("table_model.yaml"));
-  table.verdict = CalibrationVerdict{{{Severity::Refusal, "it is off by 3 mm"}}};
+  table.verdict = CalibrationVerdict{{{Severity::Error, "it is off by 3 mm"}}};
   folder_.write("table_model.yaml", config::model_yaml(table));
   const std::string told = ": judged red when it was made, do not use it: it is off by 3 mm\n";
   const Finished made =

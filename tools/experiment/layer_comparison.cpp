@@ -24,7 +24,7 @@ struct MeasuredArm {
   std::span<const Measurement> targets() const { return std::span{campaign.data.points}.subspan(identify); }
 };
 
-constexpr const char *kGeometric = "geometric", *kDeviationAuto = "deviation auto";
+constexpr const char *kGeometric = "geometric", *kDeviationAuto = "non-geometric auto";
 
 /// What a calibration may know of. An arm without weight has no terms of gravity, and points without
 /// directions none of approach.
@@ -38,8 +38,8 @@ struct ModelLayer {
 
 std::vector<ModelLayer> model_layers() {
   const CalibrateOptions geometric{.check_model = false};
-  const CalibrateOptions harmonics{.deviation = true, .check_model = false};
-  const CalibrateOptions no_harmonics{.deviation = true, .harmonics = {}, .check_model = false};
+  const CalibrateOptions harmonics{.non_geometric = true, .check_model = false};
+  const CalibrateOptions no_harmonics{.non_geometric = true, .harmonics = {}, .check_model = false};
   return {
       {.name = kGeometric, .options = geometric, .fields = {kAllRegressors.begin(), kAllRegressors.end()}},
       {.name = "compliance", .options = no_harmonics, .weight = true},
@@ -175,7 +175,7 @@ void add_arm(const RobotModel& nominal, const MeasuredArm& arm, int poses, const
       add_driven(*fit, arm, options, inverted, &tallies["tracker in the loop"]);
     }
     if (layer.name == kDeviationAuto)
-      add_driven(*fit, arm, options, tallies["inverted, deviation auto"], nullptr);
+      add_driven(*fit, arm, options, tallies["inverted, non-geometric auto"], nullptr);
     add_predictions(fit->cell, arm, tallies[layer.name]);
     for (const RegressorKind kind : layer.fields) {
       LayerErrors& tally = tallies[layer.name + " and " + std::string(name_of(kind))];

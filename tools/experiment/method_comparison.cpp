@@ -59,7 +59,7 @@ std::vector<Method> all_methods() {
       // The oracle comes first of those with gross errors: the others are measured against it.
       {"oracle", GrossErrors, Start::Unaided, plain, true},
       {"two-stage", GrossErrors, Start::Unaided, plain},
-      {"two-stage, screened", GrossErrors, Start::Unaided, with(Loss::Screened)},
+      {"two-stage, screened", GrossErrors, Start::Unaided, with(Loss::OutlierRejection)},
       {"robust two-stage (huber)", GrossErrors, Start::Unaided, with(Loss::Huber)},
       {"robust two-stage (igg3)", GrossErrors, Start::Unaided, with(Loss::Igg3)},
       {"robust two-stage (tukey)", GrossErrors, Start::Unaided, with(Loss::Tukey)},

@@ -22,14 +22,14 @@ constexpr double kMinute_ms = 60'000;
 constexpr std::array kKeys{Key{"delay_ms", &Faults::delay_ms, 0, kMinute_ms},
                            Key{"jitter_ms", &Faults::jitter_ms, 0, kMinute_ms},
                            Key{"truncate", &Faults::truncate, 0, 1},
-                           Key{"garble", &Faults::garble, 0, 1},
+                           Key{"corrupt", &Faults::corrupt, 0, 1},
                            Key{"nul_bytes", &Faults::nul_bytes, 0, 4096},
                            Key{"loss", &Faults::loss, 0, 1},
                            Key{"burst", &Faults::burst, 1, 1e6},
                            Key{"duplicate", &Faults::duplicate, 0, 1},
                            Key{"reorder", &Faults::reorder, 0, 1},
                            Key{"bytes_per_s", &Faults::bytes_per_s, 0, 1e9},
-                           Key{"join_ms", &Faults::join_ms, 0, kMinute_ms}};
+                           Key{"coalesce_ms", &Faults::coalesce_ms, 0, kMinute_ms}};
 
 constexpr std::int64_t kYear_ms = 365LL * 24 * 3600 * 1000;
 

@@ -26,10 +26,10 @@ FaultyWay::Outgoing FaultyWay::damaged(std::string_view bytes) {
     out.bytes.resize(random_.next() % out.bytes.size());
     ++counters_.truncated;
   }
-  if (happens(faults.garble) && !out.bytes.empty()) {
+  if (happens(faults.corrupt) && !out.bytes.empty()) {
     const std::size_t at = random_.next() % out.bytes.size();
     out.bytes[at] = static_cast<char>(out.bytes[at] ^ static_cast<char>(1 + random_.next() % 255));
-    ++counters_.garbled;
+    ++counters_.corrupted;
   }
   out.bytes.append(static_cast<std::size_t>(faults.nul_bytes), '\0');
   return out;

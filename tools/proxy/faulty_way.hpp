@@ -16,7 +16,7 @@ struct Faults {
   double delay_ms = 0;
   double jitter_ms = 0;  ///< up to so much more, uniformly
   double truncate = 0;   ///< share that loses its end, from a random byte on
-  double garble = 0;     ///< share with one random byte changed
+  double corrupt = 0;    ///< share with one random byte changed
   double nul_bytes = 0;  ///< so many behind each datagram or piece
   // Datagrams alone:
   double loss = 0;       ///< share, in the long run
@@ -25,13 +25,13 @@ struct Faults {
   double reorder = 0;    ///< share that comes behind the next one
   // TCP alone:
   double bytes_per_s = 0;  ///< 0: as fast as it goes
-  double join_ms = 0;      ///< what comes within it arrives as one piece
+  double coalesce_ms = 0;  ///< what comes within it arrives as one piece
   bool half_open = false;  ///< nothing goes on, and the connection stays
 };
 
 struct Counters {
   std::uint64_t received = 0, bytes = 0, forwarded = 0, lost = 0, duplicated = 0, reordered = 0,
-                truncated = 0, garbled = 0;
+                truncated = 0, corrupted = 0;
 };
 
 /// One direction of a route: decides what becomes of each datagram or piece of a stream. No I/O and no clock;

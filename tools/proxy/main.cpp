@@ -42,9 +42,9 @@ Options:
 
 An object: {"route": "LISTEN", "direction": "to_target", "loss": 0.01, "burst": 3}. Left out: all routes, both
 directions. Numbers stay until they are set anew:
-  delay_ms, jitter_ms (up to so much more), truncate, garble (shares), nul_bytes (behind each);
+  delay_ms, jitter_ms (up to so much more), truncate, corrupt (shares), nul_bytes (behind each);
   of datagrams: loss, duplicate, reorder (shares), burst (mean length of a row of losses);
-  of TCP: bytes_per_s, join_ms (what comes within it arrives as one piece), half_open (true: nothing goes on).
+  of TCP: bytes_per_s, coalesce_ms (what comes within it arrives as one piece), half_open (true: nothing goes on).
 "clear": true sets all of them back first, "cut": true resets the TCP connections, "statistics": true counts.
 Statistics are printed at the end too (SIGINT, SIGTERM).
 )";

@@ -21,7 +21,7 @@ json::object counters_json(const Counters& counters) {
   return {{"received", counters.received},     {"bytes", counters.bytes},
           {"forwarded", counters.forwarded},   {"lost", counters.lost},
           {"duplicated", counters.duplicated}, {"reordered", counters.reordered},
-          {"truncated", counters.truncated},   {"garbled", counters.garbled}};
+          {"truncated", counters.truncated},   {"corrupted", counters.corrupted}};
 }
 
 /// IPv4, as controllers speak it, but for an IPv6 address in digits. Throws boost::system::system_error for a

@@ -95,7 +95,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
         cut();
         co_return;
       }
-      if (way.faults.join_ms > 0) {
+      if (way.faults.coalesce_ms > 0) {
         co_await wait(from.get_executor(), joining_time(way.faults));
         size += pending(from, asio::buffer(buffer) + size);
       }
@@ -110,7 +110,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   static std::chrono::microseconds joining_time(const Faults& faults) {
-    return std::chrono::microseconds{static_cast<std::int64_t>(faults.join_ms * 1000)};
+    return std::chrono::microseconds{static_cast<std::int64_t>(faults.coalesce_ms * 1000)};
   }
 
   /// What has come in meanwhile.

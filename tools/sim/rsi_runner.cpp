@@ -291,7 +291,7 @@ class RsiRunner::Session {
       held_back_ = datagram;
       return;
     }
-    put_on_the_wire(now(Kind::RsiGarble) ? garbled(datagram) : std::string{datagram});
+    put_on_the_wire(now(Kind::RsiCorrupt) ? garbled(datagram) : std::string{datagram});
     if (now(Kind::RsiDuplicate)) put_on_the_wire(datagram);
     if (!held_back_.empty()) put_on_the_wire(std::exchange(held_back_, {}));
   }

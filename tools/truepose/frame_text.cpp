@@ -30,13 +30,13 @@ Cells sigma_cells(const Eigen::Vector3d& sigma_mm, const std::optional<Eigen::Ve
 
 std::string readings_text(const FrameDocument& told) {
   const bool turned = std::ranges::any_of(told.readings, [](const FrameDocument::Reading& reading) {
-    return reading.turn_error_deg.has_value();
+    return reading.orientation_error_deg.has_value();
   });
   std::vector<Cells> rows{{"row", "point", "off by, mm"}};
   if (turned) rows.front().push_back("turned by, deg");
   for (const FrameDocument::Reading& reading : told.readings) {
     rows.push_back({std::to_string(reading.row), reading.point, formatted("%.4f", reading.error_mm)});
-    if (turned) rows.back().push_back(formatted("%.5f", reading.turn_error_deg.value_or(0)));
+    if (turned) rows.back().push_back(formatted("%.5f", reading.orientation_error_deg.value_or(0)));
   }
   return text_table(rows);
 }
@@ -53,7 +53,7 @@ std::string scatter_text(const FrameDocument& told) {
 std::string misfit_text(const FrameDocument& told) {
   std::string text;
   for (const FrameDocument::Point& point : told.points)
-    if (point.misfit_mm) text += formatted(" %s %.4f", point.name.c_str(), *point.misfit_mm);
+    if (point.residual_mm) text += formatted(" %s %.4f", point.name.c_str(), *point.residual_mm);
   return text.empty() ? text : "Points from their stated coordinates, mm:" + text + "\n";
 }
 

@@ -122,7 +122,7 @@ void let_run(Observations& seen, json::object stream) {
 
 /// Of a stream, 15000 replies of which so many were late by that.
 json::object last_minute(const char* by, int late) {
-  json::object counts{{"answered", 15000}, {"late", 0}, {"us", 0}, {"machine", 0}, {"network", 0}};
+  json::object counts{{"answered", 15000}, {"late", 0}, {"daemon", 0}, {"machine", 0}, {"network", 0}};
   counts[by] = late;
   return {{"late", 480}, {"last_minute", counts}};
 }
@@ -237,12 +237,12 @@ const std::vector<Case> kCases{
        let_run(seen, {{"state", "holding"}, {"reason", "the robot program is stopped: the correction is held"}});
      }, "rsi", Level::Warning, "the robot program is stopped", "held"},
     {"ForeignPackets", [](auto&, auto& seen) {
-       let_run(seen, {{"refused", "packets of 10.0.0.9:5 are dropped"}, {"foreign", 7}});
+       let_run(seen, {{"refused", "packets of 10.0.0.9:5 are dropped"}, {"unexpected_sender", 7}});
      }, "rsi", Level::Fault, "10.0.0.9:5 are dropped", "robot.rsi_peer"},
     {"MalformedPackets", [](auto&, auto& seen) {
        let_run(seen, {{"refused", "a packet was not understood: IPOC is missing"}, {"malformed", 7}});
      }, "rsi", Level::Fault, "IPOC is missing", "truepose_rsi_ethernet.xml on the controller"},
-    {"LateByTruepose", [](auto&, auto& seen) { let_run(seen, last_minute("us", 480)); },
+    {"LateByTruepose", [](auto&, auto& seen) { let_run(seen, last_minute("daemon", 480)); },
      "rsi", Level::Warning, "replies late by truepose's own fault: 3.2 % of the last minute's 15000", "log"},
     {"LateByTheMachine", [](auto&, auto& seen) { let_run(seen, last_minute("machine", 15)); },
      "rsi", Level::Warning, "replies late because this PC did not run truepose in time: 0.1 % of", "processor"},

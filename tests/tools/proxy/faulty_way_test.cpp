@@ -36,7 +36,7 @@ TEST(AFaultyWay, ChangesNothingUntilItIsTold) {
 TEST(AFaultyWay, DoesTheSameAgainFromTheSameSeed) {
   const auto all = [](std::uint64_t seed) {
     FaultyWay way{seed};
-    way.faults = {.truncate = 0.1, .garble = 0.1, .loss = 0.1, .burst = 3, .duplicate = 0.1, .reorder = 0.1};
+    way.faults = {.truncate = 0.1, .corrupt = 0.1, .loss = 0.1, .burst = 3, .duplicate = 0.1, .reorder = 0.1};
     return passed(way);
   };
   EXPECT_EQ(all(5), all(5));
@@ -95,7 +95,7 @@ TEST(AFaultyWay, CutsTheEndOff) {
 
 TEST(AFaultyWay, ChangesOneByte) {
   FaultyWay way{3};
-  way.faults.garble = 1;
+  way.faults.corrupt = 1;
   const std::string whole = "0123456789";
   for (int i = 0; i < 100; ++i) {
     const std::string garbled = sent(way, whole).at(0);

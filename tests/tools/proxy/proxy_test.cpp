@@ -220,7 +220,7 @@ TEST_F(AProxy, HoldsAHalfOpenConnectionUntilItIsLifted) {
 
 TEST_F(AProxy, JoinsWhatComesCloseTogether) {
   const auto [client, target] = connection();
-  obey(R"({"join_ms": 50})");
+  obey(R"({"coalesce_ms": 50})");
   client->send("one ");
   client->send("two");
   until([&] { return target->text() == "one two"; });
@@ -298,6 +298,8 @@ TEST(AProxyCommand, IsRefusedByTheNameOfItsKey) {
   const auto why_not = [](const char* line) { return parse_command(line).error(); };
   EXPECT_THAT(why_not(R"({"loss": 2})"), HasSubstr("loss"));
   EXPECT_THAT(why_not(R"({"lost": 1})"), HasSubstr("lost"));
+  EXPECT_EQ(why_not(R"({"garble": 0.1})"), "params.garble: unknown parameter, renamed to 'corrupt'");
+  EXPECT_EQ(why_not(R"({"join_ms": 5})"), "params.join_ms: unknown parameter, renamed to 'coalesce_ms'");
   EXPECT_THAT(why_not(R"({"direction": "up"})"), HasSubstr("to_target"));
   EXPECT_THAT(why_not("[]"), HasSubstr("object"));
   EXPECT_THAT(why_not("{"), HasSubstr("byte"));

@@ -81,7 +81,7 @@ class SimulatorTest : public testing::Test {
   void scenario(const std::string& faults = "[]") {
     folder_.write("scenario.yaml", "robot: " + kConfig +
                                        "/robots/kr210_r2700_2.yaml\n"
-                                       "placement: {x: 3400, y: 450, z: -1250, a: 165, b: 0, c: 0}\n"
+                                       "robot_base: {x: 3400, y: 450, z: -1250, a: 165, b: 0, c: 0}\n"
                                        "reflector: {offset_mm: {x: 62, y: -48, z: 187}, "
                                        "facing: {x: 1, y: 0, z: 1}, acceptance_deg: 30}\n"
                                        "rsi: {ethernet_xml: " +

@@ -126,8 +126,8 @@ TEST_F(Wire, SendsDatagramsACycleLateInTheirOrder) {
   runner_->stop();
 }
 
-TEST_F(Wire, GarblesAByteOfEachDatagram) {
-  start({fault(Kind::RsiGarble, 2, 3)});
+TEST_F(Wire, CorruptsAByteOfEachDatagram) {
+  start({fault(Kind::RsiCorrupt, 2, 3)});
   const std::string first = hear_bytes();
   for (int cycle = 2; cycle < 5; ++cycle) {
     const std::string garbled = hear_bytes();

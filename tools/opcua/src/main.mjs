@@ -49,7 +49,7 @@ function follow(link, mirror, robotics, alarms, events) {
     alarms.begin({ code: LOST, severity: "error", text: why, since: new Date().toISOString() });
   });
   link.on("event", (event) => {
-    if (event.topic === "fault") event.data.standing ? alarms.begin(event.data) : alarms.end(event.data.code);
+    if (event.topic === "fault") event.data.active ? alarms.begin(event.data) : alarms.end(event.data.code);
     events.raise(event);
   });
   link.on("missed", (missed) => events.raiseMissed(missed));

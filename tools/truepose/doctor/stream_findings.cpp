@@ -24,7 +24,7 @@ struct Cause {
 // Of the replies of the last minute; one in a thousand is what any network does.
 constexpr double kLateShare = 0.001;
 constexpr std::array kCauses{
-    Cause{"/last_minute/us", "by truepose's own fault",
+    Cause{"/last_minute/daemon", "by truepose's own fault",
           "send the log and `truepose status --json` to its makers"},
     Cause{"/last_minute/machine", "because this PC did not run truepose in time",
           "give it a processor and its priority: look at the findings about this machine"},

@@ -43,7 +43,7 @@ constexpr std::string_view kAccurateRobotNote =
 
 constexpr std::string_view kDampedNote =
     "next to the wrist singularity, here first: the TCP comes to its position, its orientation is corrected "
-    "as far as axes 4 and 6 need not turn far for it (--singular-bound)";
+    "as far as axes 4 and 6 need not turn far for it (--singularity-limit)";
 
 constexpr std::string_view kGivesWayNote =
     "next to the wrist singularity, here first: the TCP comes only a part of the way to its position, as its "

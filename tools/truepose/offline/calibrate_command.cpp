@@ -42,8 +42,8 @@ struct CalibrateCommand {
   std::optional<int> folds;
   std::optional<std::uint64_t> seed;
   int repeat = 1, jobs = processor_count();
-  std::string method = "two-stage", deviation = "none", residual = "none", loss = "screened", prior = "auto",
-              thermal = "auto";
+  std::string method = "two-stage", non_geometric = "none", residual = "none", loss = "outlier-rejection",
+              prior = "auto", thermal = "auto";
   std::vector<int> harmonics;  ///< empty: the usual
   NoiseOptions noise;
   std::optional<double> tolerance_mm;
@@ -112,7 +112,7 @@ CalibrateOptions options_of(const CalibrateCommand& command) {
   options.loss = value_of(kLossNames, command.loss);
   options.prior = value_of(kPriorNames, command.prior);
   options.noise = noise_of(command.noise);
-  options.deviation = command.deviation == "auto";
+  options.non_geometric = command.non_geometric == "auto";
   if (!command.harmonics.empty()) options.harmonics = command.harmonics;
   options.thermal = value_of(kThermalNames, command.thermal);
   options.residual = *residual_kinds(command.residual);
@@ -245,8 +245,8 @@ void print_summary(const CalibrateCommand& command, const RobotModel& robot, con
 /// Options that would have no effect, or another than the data ask for.
 void check_options(const CalibrateCommand& command) {
   if (command.seed && !command.split && !command.folds) throw bad_usage("--seed requires --split or --folds");
-  if (!command.harmonics.empty() && command.deviation != "auto")
-    throw bad_usage("--harmonics requires --deviation auto");
+  if (!command.harmonics.empty() && command.non_geometric != "auto")
+    throw bad_usage("--harmonics requires --non-geometric auto");
   if (command.data_files.size() > 1 && !command.validate_file.empty())
     throw bad_usage("--validate does not say its station: mark points of each --data set=validate");
 }
@@ -320,8 +320,10 @@ Command calibrate_command() {
            Option("--repeat", &c.repeat, "Splits with as many seeds, their mean and standard deviation",
                   {.check = in_range(1, 10'000), .needs = {"--split"}}),
            Option("--method", &c.method, "Identification", {.check = available(names_of(kMethodNames))}),
-           Option("--deviation", &c.deviation, "Deviations of the joints: those that cross-validation keeps",
-                  {.check = available(names_of(kNoneOrAuto))}),
+           Option(
+               "--non-geometric", &c.non_geometric,
+               "Non-geometric errors of the joints (gear harmonics, compliance, backlash): those that cross-validation keeps",
+               {.check = available(names_of(kNoneOrAuto))}),
            Option("--harmonics", &c.harmonics, "Multiples of a joint's angle to look for, as 1,2,162",
                   {.check = in_range(1, 10'000)}),
            Option("--residual", &c.residual, "Residual field", {.check = available(residual_names())}),
@@ -331,7 +333,8 @@ Command calibrate_command() {
                "auto: the columns where there are some, else time, or the order of the rows, where that "
                "shows beyond doubt",
                {.check = available(names_of(kThermalNames))}),
-           Option("--loss", &c.loss, "Weight of a residual; screened: points beyond six sigma are left out",
+           Option("--loss", &c.loss,
+                  "Weight of a residual; outlier-rejection: points beyond six sigma are left out",
                   {.check = available(names_of(kLossNames))}),
            Option("--prior", &c.prior, "Whether deviations from the data sheet are taken as small",
                   {.check = available(names_of(kPriorNames))}),

@@ -14,9 +14,9 @@ namespace {
 struct CompensateCommand {
   CompensateOptions options;
   std::vector<double> temperature_c;
-  double singular_below_deg = CompensationOptions{}.singular_below * kDegPerRad;
-  double singular_bound_deg = CompensationOptions{}.singular_bound * kDegPerRad;
-  double largest_correction_deg = CompensationOptions{}.largest_correction * kDegPerRad;
+  double singularity_threshold_deg = CompensationOptions{}.singular_below * kDegPerRad;
+  double singularity_limit_deg = CompensationOptions{}.singular_bound * kDegPerRad;
+  double max_correction_deg = CompensationOptions{}.largest_correction * kDegPerRad;
   std::vector<double> payload;  ///< kg, and its centre in the flange frame, mm; empty: the model's
 };
 
@@ -47,9 +47,9 @@ void check_temperatures(const CompensateCommand& command, const config::ModelFil
 
 int run_compensate(const CompensateCommand& command) {
   CompensateOptions options = command.options;
-  options.bounds.singular_below = command.singular_below_deg * kRadPerDeg;
-  options.bounds.singular_bound = command.singular_bound_deg * kRadPerDeg;
-  options.bounds.largest_correction = command.largest_correction_deg * kRadPerDeg;
+  options.bounds.singular_below = command.singularity_threshold_deg * kRadPerDeg;
+  options.bounds.singular_bound = command.singularity_limit_deg * kRadPerDeg;
+  options.bounds.largest_correction = command.max_correction_deg * kRadPerDeg;
   const RobotModel nominal = config::load_robot(options.arm.robot);
   config::ModelFile kept = loaded_model(command, nominal);
   if (!command.temperature_c.empty()) check_temperatures(command, kept);
@@ -83,10 +83,11 @@ Command compensate_command() {
                   {.repeats = true, .needs = {"--program"}, .file = FileUse::Read}),
            Option("--out-dat", &o.out_dats, "Write the data list here; one for each --dat, in their order",
                   {.repeats = true, .needs = {"--program", "--dat"}, .file = FileUse::Written}),
-           Option("--archive", &o.archive,
-                  "All programs of a controller: the folder that holds KRC, or the archive's .zip. Positions that "
-                  "several programs use are corrected once; --out is a folder, which gets the files that change",
-                  {.excludes = {"--tool", "--base"}, .is_subject = true, .file = FileUse::Read}),
+           Option(
+               "--archive", &o.archive,
+               "All programs of a controller: the folder that holds KRC, or the archive's .zip. Positions that "
+               "several programs use are corrected once; --out is a folder, which gets the files that change",
+               {.excludes = {"--tool", "--base"}, .is_subject = true, .file = FileUse::Read}),
            Option("--config-dat", &o.config_dat,
                   "The controller's $config.dat: TOOL_DATA, BASE_DATA, home positions",
                   {.needs = {"--program"}, .file = FileUse::Read}),
@@ -133,12 +134,16 @@ Command compensate_command() {
            Option("--unit", &o.unit, "What turning joints of --joints are given in: deg (the default) or rad",
                   {.check = member_of({"deg", "rad"}), .needs = {"--joints"}}),
            Option(
-               "--most-residual", &o.most_residual_deg,
+               "--max-orientation-residual", &o.max_orientation_residual_deg,
                "Rows of which more orientation (deg) is given up next to a singularity are counted, and the command "
                "ends with 1",
-               {.shows_default = true, .check = in_range(0.0, 180.0), .excludes = {"--program", "--archive"}}),
-           Option("--most-residual-mm", &o.most_residual_mm, "The same for the position (mm)",
-                  {.shows_default = true, .check = in_range(0.0, 1000.0), .excludes = {"--program", "--archive"}}),
+               {.shows_default = true,
+                .check = in_range(0.0, 180.0),
+                .excludes = {"--program", "--archive"}}),
+           Option("--max-position-residual", &o.max_position_residual_mm, "The same for the position (mm)",
+                  {.shows_default = true,
+                   .check = in_range(0.0, 1000.0),
+                   .excludes = {"--program", "--archive"}}),
            Option(
                "--temperatures", &c.temperature_c,
                "Of the drives (C), one a joint, for a model that knows what warmth does; otherwise its reference",
@@ -146,20 +151,21 @@ Command compensate_command() {
            Option("--report", &o.report_file,
                   "Write corrections, residuals and standard deviations as charts here (HTML)",
                   {.excludes = {"--program", "--archive"}, .file = FileUse::Written}),
-           Option("--singular-below", &c.singular_below_deg,
+           Option("--singularity-threshold", &c.singularity_threshold_deg,
                   "Angle (deg) between axes 4 and 6 below which corrections may be damped, position before "
                   "orientation; 0 = never",
                   {.shows_default = true, .check = in_range(0.0, 90.0)}),
-           Option("--singular-bound", &c.singular_bound_deg,
+           Option("--singularity-limit", &c.singularity_limit_deg,
                   "What axes 4 and 6 may be turned there against each other (deg)",
                   {.shows_default = true, .check = in_range(0.001, 90.0)}),
            Option(
-               "--largest-correction", &c.largest_correction_deg,
+               "--max-correction", &c.max_correction_deg,
                "Targets that would correct a joint by more (deg) are refused: only a singularity asks for it",
                {.shows_default = true, .check = in_range(0.001, 180.0)}),
-           Option("--out", &o.out_file,
-                  "Write the joint positions (CSV; - is standard output), the program or the archive's files here",
-                  {.file = FileUse::Written}),
+           Option(
+               "--out", &o.out_file,
+               "Write the joint positions (CSV; - is standard output), the program or the archive's files here",
+               {.file = FileUse::Written}),
            Option("--json", &o.as_json, "One JSON document")},
       .run = [command] { return run_compensate(*command); },
       .subjects = "What the real arm should reach"};

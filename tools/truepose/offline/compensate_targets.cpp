@@ -347,8 +347,8 @@ class Output {
         is_tool_measured_(targets.is_tool_measured()),
         tells_base_(targets.tells_base()),
         report_{nominal.name, file, targets.is_position_only(), {}},
-        turned_{.most = options.most_residual_deg},
-        displaced_{.most = options.most_residual_mm} {
+        turned_{.most = options.max_orientation_residual_deg},
+        displaced_{.most = options.max_position_residual_mm} {
     document_["joints"] = json::array{};
     for (const ReachColumn& column : columns_) document_[column.name] = json::array{};
     if (!options.out_file.empty() && options.out_file != kStandard) out_.emplace(options.out_file);
@@ -392,12 +392,12 @@ class Output {
       say_beside(
           "truepose: " + turned_.text(rows_, "deg of orientation") +
           ": what is far from the point that stays exact is off by that; move these targets away from there, "
-          "or allow it by --most-residual");
+          "or allow it by --max-orientation-residual");
     if (displaced_.rows > 0)
       say_beside(
           "truepose: " + displaced_.text(rows_, "mm of position") +
           ": the orientation would be worse than without a correction; move these targets away from there, or "
-          "allow it by --most-residual-mm");
+          "allow it by --max-position-residual");
     if (options_.as_json) std::cout << control::json_text(document_) << '\n';
     flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {

@@ -57,8 +57,8 @@ std::string text_of(const PositionerDocument& told) {
                       axis.p_mm.x(), axis.p_mm.y(), axis.p_mm.z(), axis.direction.x(), axis.direction.y(),
                       axis.direction.z());
   for (const PositionerDocument::Link& link : told.links)
-    text += formatted("%s is %.4f %s, drawn %.4f, sigma %.4f.\n", link.name.c_str(), link.found,
-                      link.unit.c_str(), link.drawn, link.sigma);
+    text += formatted("%s is %.4f %s, nominal %.4f, sigma %.4f.\n", link.name.c_str(), link.value,
+                      link.unit.c_str(), link.nominal, link.sigma);
   for (const std::string& note : told.notes) text += note + "\n";
   text += told.krl + "\n";
   return told.workpiece ? text + "\nWorkpiece on the table, as the controller has the table\n" +

@@ -179,7 +179,7 @@ json::object points_of_file(const std::filesystem::path& file) {
   }
   json::object points{{"points", std::move(names)}};
   if (!at.empty()) points["at"] = std::move(at);
-  if (!known.empty()) points["known"] = std::move(known);
+  if (!known.empty()) points["nominal"] = std::move(known);
   return points;
 }
 

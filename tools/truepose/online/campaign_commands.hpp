@@ -27,7 +27,7 @@ struct CampaignFiles {
 boost::json::object targets_of_file(const std::filesystem::path& file);
 
 /// Points of a tool or a fixture from CSV (point; x,y,z: where it is, roughly; px,py,pz: its coordinates in
-/// the frame, where known): {"points", "at", "known"}.
+/// the frame, where known): {"points", "at", "nominal"}.
 boost::json::object points_of_file(const std::filesystem::path& file);
 
 /// Starts a campaign and follows it to its end; of one that is no calibration, shows what it found.

@@ -51,7 +51,7 @@ void add_frame(const OnlineArguments& given, json::object& params) {
   if (!given.points_file.empty())
     for (const auto& [key, value] : points_of_file(given.points_file)) params[key] = value;
   for (const auto& [key, option, numbers] : {std::tuple{"at", "--at", &given.at},
-                                             {"known", "--known", &given.known},
+                                             {"nominal", "--nominal", &given.nominal},
                                              {"facing", "--facing", &given.facing},
                                              {"orientation", "--orientation", &given.orientation}})
     if (auto rows = positions_of(*numbers, option)) params[key] = *std::move(rows);
@@ -149,16 +149,16 @@ std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
          "the points of the base are touched by the TCP of the tool of this number, which has to be in use: the arm is jogged there",
          {.check = in_range(1, 1000), .needs = {"--base"}, .excludes = {"--at"}, .key = "touch"}},
         {"--points", &a.points,
-         "of the frame, where a reflector sits: origin, x (on +X) and xy (in the XY plane, +Y side), or any names with --known; of "
+         "of the frame, where a reflector sits: origin, x (on +X) and xy (in the XY plane, +Y side), or any names with --nominal; of "
          "a tool origin, the TCP, alone too, and by default. From one to the next it is put by hand: the campaign pauses for that",
          {.key = "points"}},
         {"--at", &a.at,
          "where each point is, roughly (x,y,z in mm, point after point): of a tool in the flange frame, of a base in the "
          "robot's; default: where the TCP is known to be, else where the cell file has its reflector"},
-        {"--known", &a.known, "coordinates of each point in the frame, where they are known (x,y,z in mm)"},
+        {"--nominal", &a.nominal, "coordinates of each point in the frame, where they are known (x,y,z in mm)"},
         {"--points-file", &a.points_file,
-         "the points from a file (CSV: point; x,y,z as --at, but of points to touch; px,py,pz as --known)",
-         {.excludes = {"--points", "--at", "--known"}, .file = FileUse::Read}},
+         "the points from a file (CSV: point; x,y,z as --at, but of points to touch; px,py,pz as --nominal)",
+         {.excludes = {"--points", "--at", "--nominal"}, .file = FileUse::Read}},
         {"--facing", &a.facing, "direction of the reflector's opening in the flange frame; default: the cell file's",
          {.count = 3, .needs = {"--tool"}}},
         {"--orientation", &a.orientation,
@@ -181,8 +181,8 @@ std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
       {"campaign identify", "campaign.identify",
        "identify the stored points of a campaign anew, of one that was aborted or has failed too",
        {id_option(a, "campaign", true),
-        {"--deviation", &a.deviation, "none, auto; this and what follows: default as configured",
-         {.check = available(names_of(kNoneOrAuto)), .key = "deviation"}},
+        {"--non-geometric", &a.non_geometric, "none, auto; this and what follows: default as configured",
+         {.check = available(names_of(kNoneOrAuto)), .key = "non_geometric"}},
         {"--harmonics", &a.harmonics, "multiples of a joint's angle to look for", {.key = "harmonics"}},
         {"--residual", &a.residual, "residual field: none, auto, or its name", {.key = "residual"}},
         {"--loss", &a.loss, "how points that are far off weigh", {.key = "loss"}},

@@ -32,11 +32,11 @@ struct OnlineArguments {
   std::optional<int> tool, base, touch, tool_poses;
   std::vector<std::string> points;
   std::filesystem::path points_file;
-  std::vector<double> at, known, facing, orientation;
+  std::vector<double> at, nominal, facing, orientation;
   bool together = false;
   std::string note;
   // campaign identify
-  std::string deviation, residual, loss, prior;
+  std::string non_geometric, residual, loss, prior;
   std::vector<int> harmonics;
   std::optional<bool> correct_by_nests;
   std::optional<double> split;

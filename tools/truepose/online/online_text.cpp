@@ -158,7 +158,7 @@ std::string event_line(const control::Event& event) {
   if (event.topic == "stream") return line + stream_line(data);
   if (event.topic == "model") return line + text_at(data, "/change") + " " + text_at(data, "/model/id");
   if (event.topic == "fault")
-    return line + (is_true_at(data, "/standing") ? "" : "gone: ") + text_at(data, "/code") + ": " +
+    return line + (is_true_at(data, "/active") ? "" : "gone: ") + text_at(data, "/code") + ": " +
            text_at(data, "/text");
   if (event.topic == "control")
     return line + text_at(data, "/by") + ": " + text_at(data, "/change") +
@@ -343,9 +343,9 @@ std::string stream_text(const json::value& stream) {
       {"cycles", text_at(stream, "/cycles") + ", answered " + text_at(stream, "/answered") +
                      ", of these held " + text_at(stream, "/held") + ", repeated " +
                      text_at(stream, "/duplicate")},
-      {"not answered", "unproven " + text_at(stream, "/unproven") + ", wrong IPOC " +
+      {"not answered", "unconfirmed " + text_at(stream, "/unconfirmed") + ", wrong IPOC " +
                            text_at(stream, "/wrong_ipoc") + ", malformed " + text_at(stream, "/malformed") +
-                           ", from others " + text_at(stream, "/foreign")},
+                           ", from others " + text_at(stream, "/unexpected_sender")},
       {"trouble", "late " + text_at(stream, "/late") + ", lost " + text_at(stream, "/lost") +
                       ", at a bound " + text_at(stream, "/clamped") + ", no solution " +
                       text_at(stream, "/no_solution")},
@@ -353,7 +353,7 @@ std::string stream_text(const json::value& stream) {
       {"correction", axes_text(stream, "/correction_deg")},
       {"measured", measured_text(stream)},
       {"largest step", number_at(stream, "/max_step_deg", 5, " deg")},
-      {"late by", "us " + text_at(stream, "/late_by/us") + ", machine " +
+      {"late by", "daemon " + text_at(stream, "/late_by/daemon") + ", machine " +
                       text_at(stream, "/late_by/machine") + ", network " +
                       text_at(stream, "/late_by/network")},
       {"wire", percentiles_text(stream, "/turnaround_us")},
@@ -367,14 +367,14 @@ namespace {
 
 std::string update_text(const record::ModelUpdate& update) {
   std::string text = update.offered ? "updated:\n" : "not updated:\n";
-  for (const auto* sentences : {&update.moved, &update.wrong, &update.doubts})
+  for (const auto* sentences : {&update.moved, &update.rejected, &update.warnings})
     for (const std::string& sentence : *sentences) text += "  " + sentence + "\n";
   if (!update.offered) return text;
   return text +
          formatted(
              "  the points are off by %.3f mm, before by %.3f mm; each predicted by the others alone by "
              "%.3f mm\n",
-             update.after, update.before, update.left_out);
+             update.after, update.before, update.leave_one_out);
 }
 
 }  // namespace
@@ -386,7 +386,7 @@ std::string drift_text(const record::DriftDocument& drift) {
     for (const double mm : {error_mm.x(), error_mm.y(), error_mm.z(), length_mm})
       rows.back().push_back(formatted("%.3f", mm));
   }
-  const double chance = drift.probability;
+  const double chance = drift.p_value;
   return "  row         x         y         z     error   (mm, predicted less measured)\n" +
          text_table({{5}, {9, 1}, {9, 1}, {9, 1}, {9, 1}}, rows) +
          formatted("\nIn an unchanged cell such errors or greater have a probability %s %.2g.\n",
