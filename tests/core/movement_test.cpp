@@ -232,7 +232,8 @@ TEST(ExchangedReflector, IsNamed) {
       EXPECT_EQ(is.movement->what, (Change{ChangeKind::Reflector, 0})) << longer_mm << " mm, seed " << seed;
       EXPECT_EQ(is.movement->first, 30u) << longer_mm << " mm, seed " << seed;
       EXPECT_TRUE(is.verdict.failed());
-      EXPECT_FALSE(says(is.verdict, "identify the deviations of the joints too")) << "seed " << seed;
+      EXPECT_FALSE(says(is.verdict, "identify the non-geometric errors of the joints too"))
+          << "seed " << seed;
     }
   }
 }
@@ -286,7 +287,7 @@ TEST(ModelThatLeavesFarMoreThanNoise, IsNotGreen) {
     for (double& q : point.q) q -= 0.02 * kRadPerDeg * std::sin(q);
   const Judged is = judged(data);
   EXPECT_EQ(is.verdict.color(), VerdictColor::Amber);
-  EXPECT_TRUE(says(is.verdict, "identify the deviations of the joints too"));
+  EXPECT_TRUE(says(is.verdict, "identify the non-geometric errors of the joints too"));
 }
 
 }  // namespace
