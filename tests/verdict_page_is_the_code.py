@@ -44,8 +44,9 @@ def words_of(body):
 
 
 def severities_of(body):
-    named = set(re.findall(r"Severity::(\w+)", body)) | {name.capitalize() for name in re.findall(r"\b(refusal|doubt|advice)\(", body)}
-    return {name.lower() for name in named}
+    by_helper = {"refusal": "error", "doubt": "warning", "advice": "advice"}
+    named = {by_helper[name] for name in re.findall(r"\b(refusal|doubt|advice)\(", body)}
+    return named | {name.lower() for name in re.findall(r"Severity::(\w+)", body)}
 
 
 def quoted(row):
@@ -61,7 +62,7 @@ def main():
     for names in re.findall(r"constexpr std::array kOf\w+\{(.*?)\};", verdict, re.DOTALL):
         findings |= {("calibration_verdict.cpp", name) for name in re.findall(r"\w+", names)}
     page = (ROOT / "docs/verdict.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (.*?) \| (note|advice|doubt|refusal) \|", page, re.MULTILINE)
+    rows = re.findall(r"^\| (.*?) \| (note|advice|warning|error) \|", page, re.MULTILINE)
     faults, used = [], set()
     for file, name in sorted(findings):
         body = bodies.get((file, name))
