@@ -38,7 +38,7 @@ void gather(const std::filesystem::path& file, NamedCommands& named) {
 NamedCommands named_commands() {
   NamedCommands named;
   for (const auto& file : {"README.md", "CHANGELOG.md"}) gather(kSource / file, named);
-  for (const auto& folder : {"config", "core", "daemon", "drivers", "proto", "systemd", "tools"}) {
+  for (const auto& folder : {"config", "core", "daemon", "docs", "drivers", "proto", "systemd", "tools"}) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator{kSource / folder}) {
       if (entry.is_regular_file()) gather(entry.path(), named);
     }

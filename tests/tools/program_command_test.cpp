@@ -51,15 +51,14 @@ class ProgramCommand : public testing::Test {
   std::string model_;
 };
 
-TEST_F(ProgramCommand, WritesBothFilesAndSumsUpWhatItDidAsTheReadmeShows) {
+TEST_F(ProgramCommand, WritesBothFilesAndSumsUpWhatItDid) {
   const Finished run =
       compensate(corpus("gluing.src"), {"--dat", corpus("gluing.dat"), "--config-dat", corpus("config.dat"),
                                         "--out", out("src"), "--out-dat", out("dat")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err, "");
   const std::string told = boost::replace_all_copy(run.out, krl_corpus::kFolder.string() + "/", "");
-  EXPECT_TRUE(
-      text_of(std::filesystem::path{TRUEPOSE_SOURCE_DIR} / "README.md").contains("```\n" + told + "```\n"))
+  EXPECT_TRUE(told.starts_with("gluing.src: 6 of 6 positions changed\n  mean     16.470 mm, 1.2672 deg\n"))
       << told;
   EXPECT_EQ(text_of(out("src")), krl_corpus::bytes("gluing.src"));
   const std::string dat = text_of(out("dat"));
