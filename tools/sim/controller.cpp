@@ -430,7 +430,14 @@ FlowSources Controller::sources() const {
   };
   rsi::Axes axes_deg;
   std::ranges::transform(actual_, axes_deg.begin(), [](double rad) { return rad * kDegPerRad; });
+  const auto read_real = [this](int index) {
+    const std::lock_guard reading{mutex_};
+    const auto value = variables_.find("$SEN_PREA[" + std::to_string(index) + "]");
+    const double* const real = value == variables_.end() ? nullptr : std::get_if<double>(&value->second);
+    return real == nullptr ? 0 : *real;
+  };
   return {.sen_pint = read,
+          .sen_prea = read_real,
           .in = bit("$IN"),
           .out = bit("$OUT"),
           .axes_deg = axes_deg,
@@ -446,6 +453,8 @@ void Controller::take(const FlowEffects& effects) {
   const std::lock_guard lock{mutex_};
   for (const auto& [index, value] : effects.sen_pint)
     variables_["$SEN_PINT[" + std::to_string(index) + "]"] = value;
+  for (const auto& [index, value] : effects.sen_prea)
+    variables_["$SEN_PREA[" + std::to_string(index) + "]"] = value;
   for (const auto& [index, value] : effects.outputs)
     variables_["$OUT[" + std::to_string(index) + "]"] = value;
   if (effects.leaves_movecorr) {

@@ -45,9 +45,9 @@ double clamped_to(double value, double lower, double upper, bool& clamped) {
 
 std::optional<std::string> not_simulated(const rsi::Context& context) {
   static const std::set<std::string_view> kKnown{
-      "ETHERNET",   "AXISCORR", "AXISCORRMON", "POSCORR",      "POSCORRMON", "STOP",
-      "STATUS",     "OV_PRO",   "SEN_PINT",    "DIGIN",        "DIGOUT",     "AXISACT",
-      "GEARTORQUE", "SOURCE",   "LIMIT",       "MAP2SEN_PINT", "MAP2DIGOUT", "MONITOR"};
+      "ETHERNET", "AXISCORR",   "AXISCORRMON", "POSCORR", "POSCORRMON",   "STOP",        "STATUS",
+      "OV_PRO",   "SEN_PINT",   "SEN_PREA",    "DIGIN",   "DIGOUT",       "AXISACT",     "GEARTORQUE",
+      "SOURCE",   "MAP2DIGOUT", "LIMIT",       "MONITOR", "MAP2SEN_PINT", "MAP2SEN_PREA"};
   for (const rsi::ContextObject& object : context.objects) {
     if (object.type == "AXISCORREXT") return object.id + ": the simulated arm has no external axes";
     if (!kKnown.contains(object.type)) return object.id + ": " + object.type + " is not simulated";
@@ -55,10 +55,15 @@ std::optional<std::string> not_simulated(const rsi::Context& context) {
       return object.id + ": only RefCorrSys 0 to 3 (world, base, robot root, tool) are simulated";
     if (object.type == "STOP" && whole(object, "Mode") != rsi::number_of("STOP", "Mode", rsi::kExitMoveCorr))
       return object.id + ": only Mode 4 (leaves RSI_MOVECORR) is simulated";
-    if (object.type == "MAP2DIGOUT" && whole(object, "DataType") + whole(object, "DataSize") != 0)
-      return object.id + ": only single outputs (Bit) are simulated";
   }
   return RsiSignals::not_simulated(context);
+}
+
+void write_outputs(const rsi::ContextObject& object, double value, FlowEffects& effects) {
+  const ControllerBits bits = bits_of(object);
+  const auto number = static_cast<unsigned>(whole(value));
+  for (int i = 0; i < bits.count; ++i)
+    effects.outputs[bits.first + i] = bits.count == 1 ? value != 0 : (number >> i & 1u) != 0;
 }
 
 }  // namespace
@@ -95,7 +100,8 @@ FlowEffects RsiFlow::effects(const FlowSources& sources, const ChannelValues& re
     if (object.type == "STOP") effects.leaves_movecorr |= signals.input(object, 1) != 0;
     if (object.type == "MAP2SEN_PINT")
       effects.sen_pint[whole(object, "Index")] = whole(signals.input(object, 1));
-    if (object.type == "MAP2DIGOUT") effects.outputs[whole(object, "Index")] = signals.input(object, 1) != 0;
+    if (object.type == "MAP2SEN_PREA") effects.sen_prea[whole(object, "Index")] = signals.input(object, 1);
+    if (object.type == "MAP2DIGOUT") write_outputs(object, signals.input(object, 1), effects);
   }
   monitor(effects);
   return effects;

@@ -17,10 +17,11 @@ namespace truepose::sim {
 
 /// What leads from the controller into the signal flow.
 struct FlowSources {
-  std::function<int(int index)> sen_pint;                          ///< $SEN_PINT
-  std::function<bool(int index)> in = [](int) { return false; };   ///< $IN
-  std::function<bool(int index)> out = [](int) { return false; };  ///< $OUT
-  rsi::Axes axes_deg{};                                            ///< actual
+  std::function<int(int index)> sen_pint;                             ///< $SEN_PINT
+  std::function<double(int index)> sen_prea = [](int) { return 0; };  ///< $SEN_PREA
+  std::function<bool(int index)> in = [](int) { return false; };      ///< $IN
+  std::function<bool(int index)> out = [](int) { return false; };     ///< $OUT
+  rsi::Axes axes_deg{};                                               ///< actual
   double time_s = 0;
   int mode = rsi::kModeExt;
   int program_state = rsi::kProgramActive;
@@ -49,6 +50,7 @@ struct FlowEffects {
   bool monitor_pose = false;        ///< the correction of the TCP is larger than POSCORRMON allows
   bool leaves_movecorr = false;     ///< STOP of mode 4
   std::map<int, int> sen_pint;      ///< values for $SEN_PINT, by index
+  std::map<int, double> sen_prea;   ///< values for $SEN_PREA, by index
   std::map<int, bool> outputs;      ///< values for $OUT, by index
 };
 
@@ -58,7 +60,7 @@ using ChannelValues = std::map<int, double>;
 class RsiSignals;
 
 /// The signal flow of a context, executed once in each cycle of RSI. Objects: AXISCORR, AXISCORRMON, POSCORR
-/// (but along the path), POSCORRMON, STOP, MAP2SEN_PINT, MAP2DIGOUT (single outputs), MONITOR (which changes
+/// (but along the path), POSCORRMON, STOP, MAP2SEN_PINT, MAP2SEN_PREA, MAP2DIGOUT, MONITOR (which changes
 /// nothing), and those that RsiSignals knows.
 class RsiFlow {
  public:

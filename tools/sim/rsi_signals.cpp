@@ -17,9 +17,10 @@ using rsi::ContextObject;
 
 /// How many inputs or outputs of the controller a DataType covers (RSI 3: DataSize).
 int width(const ContextObject& object) {
-  constexpr std::array kBits{1, 8, 8, 16, 16, 32, 32};
+  constexpr std::array kRead{1, 8, 8, 16, 16, 32, 32}, kWritten{1, 8, 16, 16, 16, 16, 16};
   const auto type = object.number("DataType") ? whole(object, "DataType") : whole(object, "DataSize");
-  return kBits[static_cast<std::size_t>(std::clamp(type, 0, static_cast<int>(kBits.size()) - 1))];
+  const auto& bits = object.type == "MAP2DIGOUT" ? kWritten : kRead;
+  return bits[static_cast<std::size_t>(std::clamp(type, 0, static_cast<int>(bits.size()) - 1))];
 }
 
 double wave(const ContextObject& object, double time_s) {
@@ -48,8 +49,9 @@ std::optional<int> status(const ContextObject& object, const FlowSources& source
 }
 
 bool can_be_asked(std::string_view type) {
-  static const std::set<std::string_view> kSources{"ETHERNET", "SEN_PINT", "STATUS", "OV_PRO", "DIGIN",
-                                                   "DIGOUT",   "AXISACT",  "SOURCE", "LIMIT",  "GEARTORQUE"};
+  static const std::set<std::string_view> kSources{"ETHERNET", "SEN_PINT", "SEN_PREA",  "STATUS",
+                                                   "OV_PRO",   "DIGIN",    "DIGOUT",    "AXISACT",
+                                                   "SOURCE",   "LIMIT",    "GEARTORQUE"};
   return kSources.contains(type);
 }
 
@@ -82,13 +84,17 @@ double RsiSignals::input(const ContextObject& object, int number) const {
   return wire == object.inputs.end() ? 0 : output(wire->second);
 }
 
+ControllerBits bits_of(const ContextObject& object) {
+  constexpr int kMostIndex = 8192;
+  const int count = width(object), index = std::clamp(whole(object, "Index"), 0, kMostIndex);
+  return {.first = count == 1 ? index : 8 * index + 1, .count = count};  // a wider type counts bytes
+}
+
 double RsiSignals::of_controller_bits(const ContextObject& object) const {
   const auto& bit = object.type == "DIGIN" ? sources_.in : sources_.out;
-  constexpr int kMostIndex = 8192;
-  const int bits = width(object), index = std::clamp(whole(object, "Index"), 0, kMostIndex);
-  const int first = bits == 1 ? index : 8 * index + 1;  // a wider type counts bytes
+  const ControllerBits bits = bits_of(object);
   double value = 0;
-  for (int i = 0; i < bits; ++i) value += bit(first + i) ? std::ldexp(1, i) : 0;
+  for (int i = 0; i < bits.count; ++i) value += bit(bits.first + i) ? std::ldexp(1, i) : 0;
   return value;
 }
 
@@ -99,6 +105,7 @@ double RsiSignals::output(const rsi::ContextOutput& from) const {
     return value == received_.end() ? 0 : value->second;
   }
   if (object.type == "SEN_PINT") return sources_.sen_pint(whole(object, "Index"));
+  if (object.type == "SEN_PREA") return sources_.sen_prea(whole(object, "Index"));
   if (object.type == "OV_PRO") return sources_.override_percent;
   if (object.type == "STATUS") return status(object, sources_).value_or(0);
   if (object.type == "DIGIN" || object.type == "DIGOUT") return of_controller_bits(object);

@@ -15,9 +15,15 @@ int whole(double number);
 double parameter_of(const rsi::ContextObject& object, std::string_view parameter);
 int whole(const rsi::ContextObject& object, std::string_view parameter);
 
+/// Inputs or outputs of the controller that DIGIN and DIGOUT read, or MAP2DIGOUT writes.
+struct ControllerBits {
+  int first = 0, count = 0;
+};
+ControllerBits bits_of(const rsi::ContextObject& object);
+
 /// What the outputs of a signal flow's objects carry in one cycle. Objects that can be asked: ETHERNET,
-/// SEN_PINT, STATUS, OV_PRO, DIGIN and DIGOUT (without sign), AXISACT, GEARTORQUE (0: the arm has no weight),
-/// SOURCE, LIMIT.
+/// SEN_PINT, SEN_PREA, STATUS, OV_PRO, DIGIN and DIGOUT (without sign), AXISACT, GEARTORQUE (0: the arm has
+/// no weight), SOURCE, LIMIT.
 class RsiSignals {
  public:
   /// @param context   with all parameters, and no circle; kept by reference, as the others

@@ -519,6 +519,23 @@ TEST(RsiFlow, LeadsCorrectionsThroughALimitAndSetsOutputs) {
   EXPECT_EQ(effects.outputs, (std::map<int, bool>{{3, true}}));
 }
 
+TEST(RsiFlow, SetsAByteOfOutputsAndRealsAsKukasExampleDoes) {
+  const auto flow = RsiFlow::of(with(
+      {{.type = "MAP2DIGOUT",
+        .id = "O",
+        .inputs = {{1, {"ETHERNET1", 9}}},
+        .values = {{"Index", "4"}, {"DataType", "1"}}},
+       {.type = "MAP2SEN_PREA", .id = "R", .inputs = {{1, {"ETHERNET1", 10}}}, .values = {{"Index", "2"}}}}));
+  ASSERT_TRUE(flow) << flow.error();
+  const FlowEffects effects = flow->effects(sources(), {{9, 125.0}, {10, -0.25}});
+  EXPECT_EQ(
+      effects.outputs,
+      (std::map<int, bool>{
+          {33, true}, {34, false}, {35, true}, {36, true}, {37, true}, {38, true}, {39, true}, {40, false}}))
+      << "125 in $OUT[33] to $OUT[40]";
+  EXPECT_EQ(effects.sen_prea, (std::map<int, double>{{2, -0.25}}));
+}
+
 TEST(RsiFlow, RefusesByNameWhatIsNotSimulated) {
   const auto error = [](std::vector<rsi::ContextObject> more) {
     const auto flow = RsiFlow::of(with(std::move(more)));
