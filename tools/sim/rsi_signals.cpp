@@ -125,6 +125,7 @@ std::optional<std::string> RsiSignals::not_simulated(const Context& context) {
     std::set<std::string> seen;
     if (depends_on(context, object, object, seen))
       return object.id + ": a signal leads from it back to it (\"Circular linking\")";
+    if (object.type == "MONITOR") continue;  // shows its inputs, and changes nothing
     for (const auto& [number, from] : object.inputs) {
       if (!can_be_asked(context.with_id(from.object)->type))
         return object.id + ": a wire from " + from.object + " to here is not simulated";

@@ -536,6 +536,12 @@ TEST(RsiFlow, SetsAByteOfOutputsAndRealsAsKukasExampleDoes) {
   EXPECT_EQ(effects.sen_prea, (std::map<int, double>{{2, -0.25}}));
 }
 
+TEST(RsiFlow, RunsWithAMonitorOfWhatItDoesNotSimulateAsKukasSdkHasOne) {
+  const auto flow =
+      RsiFlow::of(with({{.type = "MONITOR", .id = "Monitor_1", .inputs = {{1, {"AXISCORRMON1", 1}}}}}));
+  EXPECT_TRUE(flow) << flow.error();
+}
+
 TEST(RsiFlow, RefusesByNameWhatIsNotSimulated) {
   const auto error = [](std::vector<rsi::ContextObject> more) {
     const auto flow = RsiFlow::of(with(std::move(more)));
