@@ -22,9 +22,9 @@ std::expected<AsOwnerOf, std::string> AsOwnerOf::take(const std::filesystem::pat
   std::vector<gid_t> groups(static_cast<std::size_t>(count < 0 ? 0 : count));
   if (count < 0 || ::getgroups(count, groups.data()) < 0) return failed();
   owner.group_ = ::getegid();
+  if (::setgroups(1, &found.st_gid) != 0) return failed();  // as in a user namespace
   owner.groups_ = std::move(groups);
-  if (::setgroups(1, &found.st_gid) != 0 || ::setegid(found.st_gid) != 0 || ::seteuid(found.st_uid) != 0)
-    return failed();
+  if (::setegid(found.st_gid) != 0 || ::seteuid(found.st_uid) != 0) return failed();
   return owner;
 }
 
