@@ -91,6 +91,9 @@ TEST(Context, IsReadWithTypesInAnyLetterCase) {
 TEST(Context, OfRsi3TellsExternalAxesByNameWhereTheNumberIsShared) {
   const auto context = parse_context(R"(<RSIObjects>
     <RSIObject ObjType="ETHERNET" ObjTypeID="64" ObjID="ETHERNET1"/>
+    <RSIObject ObjType="AXISACT" ObjTypeID="32" ObjID="AXISACT1">
+      <Parameters><Parameter Name="Type" ParamID="1" ParamValue="0"/></Parameters>
+    </RSIObject>
     <RSIObject ObjType="AXISCORREXT" ObjTypeID="33" ObjID="AXISCORREXT1">
       <Inputs><Input InIdx="7" OutObjID="ETHERNET1" OutIdx="9"/></Inputs>
       <Parameters><Parameter Name="LowerLimE1" ParamID="7" ParamValue="-2"/></Parameters></RSIObject></RSIObjects>)");
@@ -98,6 +101,8 @@ TEST(Context, OfRsi3TellsExternalAxesByNameWhereTheNumberIsShared) {
   const ContextObject* const external = context->of_type("AXISCORREXT");
   EXPECT_EQ(external->inputs.at(1), (ContextOutput{"ETHERNET1", 9}));
   EXPECT_EQ(external->number("LowerLimE1"), -2);
+  ASSERT_NE(context->of_type("AXISACT"), nullptr);
+  EXPECT_EQ(context->of_type("AXISACT")->number("Type"), 0);
 }
 
 TEST(Context, IsReadBesideObjectsThatAreNotKnownHere) {
