@@ -382,7 +382,7 @@ void Controller::cancel() {
 std::optional<Controller::RsiSession> Controller::rsi() const {
   const std::lock_guard lock{mutex_};
   if (!rsi_on_) return std::nullopt;
-  return RsiSession{rsi_sessions_, *rsi_context_};
+  return RsiSession{rsi_sessions_, *rsi_context_, rsi_parameters_};
 }
 
 void Controller::rsi_ended(std::uint64_t session, RsiEnd end, const JointVector& actual) {
@@ -413,6 +413,11 @@ bool Controller::drives_on() const {
 bool Controller::corrects() const {
   const std::lock_guard lock{mutex_};
   return !rsi_ipo_ || !motion_.is_ptp();
+}
+
+bool Controller::is_relative() const {
+  const std::lock_guard lock{mutex_};
+  return rsi_relative_;
 }
 
 FlowSources Controller::sources() const {

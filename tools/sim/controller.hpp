@@ -34,7 +34,11 @@ struct ControllerSetup {
   std::vector<krl::Source> programs;                            ///< .src, .sub and .dat
   std::map<std::string, std::string, std::less<>> eki_files{};  ///< EKI configurations, by channel
   std::vector<std::string> contexts{};                          ///< names of the RSI contexts that it has
-  std::string selected = "TRUEPOSE_MOTION";                     ///< and started, as is
+  /// What a parameter of theirs is; none where there is no such one.
+  std::function<std::optional<double>(const RsiParameter&)> rsi_parameter = [](const RsiParameter&) {
+    return std::optional<double>{};
+  };
+  std::string selected = "TRUEPOSE_MOTION";  ///< and started, as is
   /// System variables and subprograms that do not stop the advance run, in capitals.
   std::vector<std::string> pass_advance_run = {};
   std::string submit = "SPS";
@@ -131,6 +135,7 @@ class Controller final : public RsiProgram, private krl::Host {
   struct RsiSession {
     std::uint64_t number = 0;
     std::string context;
+    std::vector<RsiParameter> parameters{};  ///< that the program has set
   };
   std::optional<RsiSession> rsi() const;
   /// The cycles of a session have ended. @param actual  where the arm is then
@@ -142,6 +147,7 @@ class Controller final : public RsiProgram, private krl::Host {
   bool moving() const override { return is_moving(); }
   bool drives_on() const override;
   bool corrects() const override;
+  bool is_relative() const override;
   FlowSources sources() const override;
   void take(const FlowEffects& effects) override;
   bool is_on() const override;
@@ -183,6 +189,7 @@ class Controller final : public RsiProgram, private krl::Host {
   krl::CallResult eki_status(const EkiChannel* channel, std::string_view element, int error) const;
   std::expected<krl::CallResult, std::string> rsi_call(krl::ExternalCall& call);
   int rsi_create(krl::ExternalCall& call);
+  std::expected<krl::CallResult, std::string> rsi_parameter(krl::ExternalCall& call);
   bool movecorr(bool is_first);
 
   void boot();
@@ -226,6 +233,8 @@ class Controller final : public RsiProgram, private krl::Host {
   std::optional<std::string> rsi_context_;  // created
   bool rsi_on_ = false;
   bool rsi_ipo_ = false;  // in #IPO
+  bool rsi_relative_ = false;
+  std::vector<RsiParameter> rsi_parameters_;  // of the context that was created
   std::uint64_t rsi_sessions_ = 0;
   bool in_movecorr_ = false;
   std::optional<StreamPath> stream_path_;  // while in RSI_MOVECORR

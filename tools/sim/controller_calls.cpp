@@ -1,4 +1,6 @@
 // The part of Controller that carries out what programs call: messages, Ethernet KRL and RSI.
+#include <boost/algorithm/string/predicate.hpp>
+
 #include "tools/sim/controller.hpp"
 
 namespace truepose::sim {
@@ -121,11 +123,11 @@ CallResult Controller::eki_status(const EkiChannel* channel, std::string_view el
 std::expected<CallResult, std::string> Controller::rsi_call(krl::ExternalCall& call) {
   if (call.name == "RSI_MOVECORR") return CallResult{.is_finished = movecorr(call.is_first)};
   if (call.name == "RSI_CREATE") return CallResult{.value = rsi_create(call)};
+  if (call.name == "RSI_SETPUBLICPAR" || call.name == "RSI_GETPUBLICPAR") return rsi_parameter(call);
   if (call.name == "RSI_ON") {
-    if (std::get<krl::Literal>(call.arguments[0]).name != "ABSOLUTE")
-      return std::unexpected("RSI_ON: only #ABSOLUTE is simulated");
     if (!rsi_context_ || rsi_on_) return CallResult{.value = kRsiFault};
     const auto* cycle = std::get_if<krl::Literal>(&call.arguments[1]);
+    rsi_relative_ = std::get<krl::Literal>(call.arguments[0]).name == "RELATIVE";
     rsi_ipo_ = cycle != nullptr && cycle->name == "IPO";
     rsi_on_ = true;
     ++rsi_sessions_;
@@ -143,8 +145,30 @@ int Controller::rsi_create(krl::ExternalCall& call) {
   const std::string name = text_in(call, 0);
   if (rsi_context_ || std::ranges::find(setup_.contexts, name) == setup_.contexts.end()) return kRsiFault;
   rsi_context_ = name;
+  rsi_parameters_.clear();
   call.arguments[1] = 1;
   return kRsiOk;
+}
+
+/// Sets or reads a parameter of the context that was created.
+std::expected<CallResult, std::string> Controller::rsi_parameter(krl::ExternalCall& call) {
+  RsiParameter parameter{text_in(call, 1), text_in(call, 2)};
+  std::optional<double> value = setup_.rsi_parameter(parameter);
+  if (!rsi_context_ || !value) return CallResult{.value = kRsiFault};
+  if (call.name == "RSI_SETPUBLICPAR") {
+    if (rsi_on_) return std::unexpected("RSI_SETPUBLICPAR while RSI is on is not simulated");
+    const auto* whole = std::get_if<std::int32_t>(&call.arguments[3]);
+    parameter.value = whole != nullptr ? *whole : std::get<double>(call.arguments[3]);
+    rsi_parameters_.push_back(std::move(parameter));
+    return CallResult{.value = kRsiOk};
+  }
+  for (const RsiParameter& set : rsi_parameters_) {
+    const bool same = boost::algorithm::iequals(set.object, parameter.object) &&
+                      boost::algorithm::iequals(set.parameter, parameter.parameter);
+    if (same) value = set.value;
+  }
+  call.arguments[3] = *value;
+  return CallResult{.value = kRsiOk};
 }
 
 /// The arm stands, but for the corrections, until STOP. @return whether the program goes on

@@ -10,6 +10,9 @@
 namespace truepose::sim {
 namespace {
 
+/// Of a motion without way: programs in a loop of such motions take time too.
+constexpr std::chrono::milliseconds kLeastDuration{4};
+
 using krl::MotionKind;
 
 constexpr int kDefaultApproximation_percent = 50;
@@ -172,6 +175,7 @@ std::expected<PlannedMotion, std::string> MotionPlanner::plan(const krl::Motion&
   if (!planned->along && shifts)
     return std::unexpected(
         "PATH of TRIGGER is 0 before motions of the axes, which have no path to count along");
+  planned->duration = std::max<Seconds>(planned->duration, kLeastDuration);
   planned->number = motion.number;
   planned->moves_arm = planned->along || differ(from, planned->target);
   return planned;

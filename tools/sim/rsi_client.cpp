@@ -179,6 +179,16 @@ RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
   return {Reply::Valid};
 }
 
+/// To which the next corrections are added.
+FlowEffects RsiClient::total() const {
+  FlowEffects total;
+  if (!program_->is_relative()) return total;
+  std::ranges::transform(correction_rad_, total.correction_deg.begin(),
+                         [](double axis) { return axis * kDegPerRad; });
+  total.pose_correction = pose_correction_;
+  return total;
+}
+
 std::optional<RsiEnd> RsiClient::end_cycle() {
   hold();
   if (reply_) {
@@ -189,7 +199,7 @@ std::optional<RsiEnd> RsiClient::end_cycle() {
     ++counters_.lost;
     ++unanswered_in_a_row_;
   }
-  const FlowEffects effects = flow_.effects(program_->sources(), outputs_);
+  const FlowEffects effects = flow_.effects(program_->sources(), outputs_, total());
   if (!setup_.ignores_correction && !ignoring_ && program_->corrects()) {
     counters_.clamped += effects.clamped;
     rsi::Axes correction_rad;

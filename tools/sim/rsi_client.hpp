@@ -45,6 +45,8 @@ class RsiProgram {
   virtual bool drives_on() const { return true; }
   /// Whether RSI applies a new correction now; else it keeps the one that it has.
   virtual bool corrects() const { return true; }
+  /// Whether each correction is added to those before it (RSI_ON(#RELATIVE)).
+  virtual bool is_relative() const { return false; }
   virtual FlowSources sources() const = 0;
   virtual void take(const FlowEffects& effects) = 0;
   /// Whether the program still has RSI on.
@@ -189,6 +191,7 @@ class RsiClient {
   void follow();
   JointVector given() const;
   JointVector set_points_in_force() const;
+  FlowEffects total() const;
   void hold();
   void apply(const rsi::Axes& correction_rad);
   void forget_open_cycles();

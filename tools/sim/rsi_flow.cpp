@@ -1,10 +1,12 @@
 #include "tools/sim/rsi_flow.hpp"
 
 #include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <cmath>
 #include <set>
 #include <string_view>
 
+#include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "tools/sim/rsi_signals.hpp"
 
@@ -28,6 +30,19 @@ rsi::Context with_what_holds(rsi::Context context) {
     }
   }
   return context;
+}
+
+/// The object, and the parameter's name in the catalogue.
+std::optional<std::pair<const rsi::ContextObject*, std::string>> find(const rsi::Context& context,
+                                                                      const RsiParameter& parameter) {
+  using boost::algorithm::iequals;
+  for (const rsi::ContextObject& object : context.objects) {
+    const rsi::CatalogueObject* const kind = rsi::catalogued(object.type);
+    if (kind == nullptr || !iequals(object.id, parameter.object)) continue;
+    for (const rsi::CatalogueParameter& one : kind->parameters)
+      if (one.values.empty() && iequals(one.name, parameter.parameter)) return std::pair{&object, one.name};
+  }
+  return std::nullopt;
 }
 
 std::optional<PoseCorrection::System> correction_system(const rsi::ContextObject& object) {
@@ -68,6 +83,20 @@ void write_outputs(const rsi::ContextObject& object, double value, FlowEffects& 
 
 }  // namespace
 
+std::optional<double> value_of(const rsi::Context& context, const RsiParameter& parameter) {
+  const rsi::Context holds = with_what_holds(context);
+  const auto found = find(holds, parameter);
+  return found ? found->first->number(found->second) : std::nullopt;
+}
+
+void set_parameter(rsi::Context& context, const RsiParameter& parameter) {
+  context = with_what_holds(std::move(context));
+  const auto found = find(context, parameter);
+  if (!found) return;
+  auto& object = context.objects[static_cast<std::size_t>(found->first - context.objects.data())];
+  object.values[found->second] = formatted("%.9g", parameter.value);
+}
+
 std::expected<RsiFlow, std::string> RsiFlow::of(rsi::Context context) {
   if (context.of_type("ETHERNET") == nullptr) return std::unexpected("there is no ETHERNET object");
   context = with_what_holds(std::move(context));
@@ -91,12 +120,14 @@ ChannelValues RsiFlow::sent(const FlowSources& sources) const {
   return values;
 }
 
-FlowEffects RsiFlow::effects(const FlowSources& sources, const ChannelValues& received) const {
+FlowEffects RsiFlow::effects(const FlowSources& sources, const ChannelValues& received,
+                             const FlowEffects& total) const {
   const RsiSignals signals{context_, sources, received};
-  FlowEffects effects;
+  FlowEffects effects{.correction_deg = total.correction_deg};
   for (const rsi::ContextObject& object : context_.objects) {
     if (object.type == "AXISCORR") correct(object, signals, effects);
-    if (object.type == "POSCORR") effects.pose_correction = pose_correction(object, signals, effects.clamped);
+    if (object.type == "POSCORR")
+      effects.pose_correction = pose_correction(object, signals, total.pose_correction, effects.clamped);
     if (object.type == "STOP") effects.leaves_movecorr |= signals.input(object, 1) != 0;
     if (object.type == "MAP2SEN_PINT")
       effects.sen_pint[whole(object, "Index")] = whole(signals.input(object, 1));
@@ -111,7 +142,7 @@ void RsiFlow::correct(const rsi::ContextObject& object, const RsiSignals& signal
                       FlowEffects& effects) const {
   for (std::size_t i = 0; i < effects.correction_deg.size(); ++i) {
     const std::string axis = "A" + std::to_string(i + 1);
-    const double wanted_deg = signals.input(object, static_cast<int>(i) + 1);
+    const double wanted_deg = effects.correction_deg[i] + signals.input(object, static_cast<int>(i) + 1);
     const double lower_deg = parameter_of(object, "LowerLim" + axis);
     const double upper_deg = parameter_of(object, "UpperLim" + axis);
     effects.correction_deg[i] = clamped_to(wanted_deg, lower_deg, upper_deg, effects.clamped);
@@ -119,16 +150,18 @@ void RsiFlow::correct(const rsi::ContextObject& object, const RsiSignals& signal
 }
 
 PoseCorrection RsiFlow::pose_correction(const rsi::ContextObject& object, const RsiSignals& signals,
-                                        bool& clamped) const {
-  PoseCorrection correction{.system = *correction_system(object)};
+                                        const std::optional<PoseCorrection>& total, bool& clamped) const {
+  PoseCorrection correction = total.value_or(PoseCorrection{});
+  correction.system = *correction_system(object);
   Eigen::Vector3d abc_deg;
   for (int i = 0; i < 3; ++i) {
     const std::string axis(1, "XYZ"[i]);
-    correction.mm[i] = clamped_to(signals.input(object, i + 1), parameter_of(object, "LowerLim" + axis),
-                                  parameter_of(object, "UpperLim" + axis), clamped);
+    correction.mm[i] =
+        clamped_to(correction.mm[i] + signals.input(object, i + 1), parameter_of(object, "LowerLim" + axis),
+                   parameter_of(object, "UpperLim" + axis), clamped);
     abc_deg[i] = signals.input(object, i + 4);
   }
-  const Eigen::Matrix3d wanted = pose_from_kuka({0, 0, 0}, abc_deg).linear();
+  const Eigen::Matrix3d wanted = pose_from_kuka({0, 0, 0}, abc_deg).linear() * correction.turn;
   const Eigen::Vector3d turn = turn_between(Eigen::Matrix3d::Identity(), wanted);
   const double most_rad = parameter_of(object, "MaxRotAngle") * kRadPerDeg;
   const double angle_rad = clamped_to(turn.norm(), 0, most_rad, clamped);

@@ -57,6 +57,16 @@ struct FlowEffects {
 /// Values of the ETHERNET object, by the numbers of its inputs or outputs.
 using ChannelValues = std::map<int, double>;
 
+/// A parameter of an object that is a number, as programs name it (RSI_SetPublicPar): in any letter case.
+struct RsiParameter {
+  std::string object, parameter;  ///< "AxisCorr_1", "LowerLimA1"
+  double value = 0;
+};
+/// What it is in the context; none where that has no such object, or the object no such parameter.
+std::optional<double> value_of(const rsi::Context& context, const RsiParameter& parameter);
+/// Of one that the context has.
+void set_parameter(rsi::Context& context, const RsiParameter& parameter);
+
 class RsiSignals;
 
 /// The signal flow of a context, executed once in each cycle of RSI. Objects: AXISCORR, AXISCORRMON, POSCORR
@@ -74,7 +84,9 @@ class RsiFlow {
   /// What ETHERNET sends, by its inputs.
   ChannelValues sent(const FlowSources& sources) const;
   /// @param received  by the outputs of ETHERNET; what is not there is 0
-  FlowEffects effects(const FlowSources& sources, const ChannelValues& received) const;
+  /// @param total     of #RELATIVE: the corrections so far, to which these are added; of #ABSOLUTE none
+  FlowEffects effects(const FlowSources& sources, const ChannelValues& received,
+                      const FlowEffects& total = {}) const;
 
  private:
   /// @param context  with all parameters
@@ -83,7 +95,7 @@ class RsiFlow {
   void correct(const rsi::ContextObject& object, const RsiSignals& signals, FlowEffects& effects) const;
   void monitor(FlowEffects& effects) const;
   PoseCorrection pose_correction(const rsi::ContextObject& object, const RsiSignals& signals,
-                                 bool& clamped) const;
+                                 const std::optional<PoseCorrection>& total, bool& clamped) const;
   bool stops_at(const PoseCorrection& correction) const;
 
   rsi::Context context_;

@@ -112,9 +112,10 @@ OrientationNoise orientation_noise(const config::Scenario& scenario, std::uint64
   };
 }
 
-ControllerSetup listening_controller(const config::Scenario& scenario, std::function<void()> on_news,
-                                     PathLog* path) {
+ControllerSetup listening_controller(const config::Scenario& scenario, const rsi::Context& context,
+                                     std::function<void()> on_news, PathLog* path) {
   ControllerSetup setup = controller_setup(scenario);
+  setup.rsi_parameter = [context](const RsiParameter& parameter) { return value_of(context, parameter); };
   for (const std::string& channel : {kCellLink, kCellState}) {
     if (!setup.eki_files.contains(channel))
       throw std::invalid_argument{"the controller has no " + channel + ".xml in its eki folder"};
@@ -148,7 +149,7 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
       noise_random_{options_.seed ^ kNoiseStream},
       path_{path_log(scenario_, options_.path_file)},
       controller_{listening_controller(
-          scenario_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
+          scenario_, context_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
       next_change_{executor},
       eki_{executor,
            options_.address,
@@ -278,9 +279,11 @@ void SimulatedCell::say_what_is_new() {
 
 void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   rsi_session_ = session.number;
+  rsi::Context context = context_;
+  for (const RsiParameter& parameter : session.parameters) set_parameter(context, parameter);
   const RsiSetup setup{.nominal = scenario_.rsi_arm.value_or(scenario_.nominal),
                        .ethernet = ethernet_,
-                       .context = context_,
+                       .context = std::move(context),
                        .cycle = scenario_.cycle,
                        .servo = servo_setup(scenario_),
                        .hold_on = scenario_.hold_on,

@@ -379,6 +379,39 @@ TEST(Controller, IsJoggedUnderRsiOnceItsProgramIsStopped) {
   EXPECT_TRUE(controller.is_on());
 }
 
+TEST(Controller, TakesTimeForMotionsWithoutWay) {
+  Controller controller{with_program(
+      "$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\n$SEN_PINT[100]=0\nLOOP\nPTP {A1 0,A2 -80,A3 105,A4 5,A5 60,A6 0}\n"
+      "$SEN_PINT[100]=$SEN_PINT[100]+1\nENDLOOP\n")};
+  controller.advance(2s);
+  EXPECT_THAT(controller.take_messages(), IsEmpty());
+  EXPECT_EQ(controller.program().state, eki::ProgramState::Active);
+  const int motions = controller.sources().sen_pint(100);
+  EXPECT_GT(motions, 100);
+  EXPECT_LE(motions, 505) << "4 ms each at least";
+}
+
+TEST(Controller, SetsParametersOfTheContextByTheirNames) {
+  ControllerSetup setup = with_program(
+      "DECL INT ID\nDECL REAL WAS,NOW\nIF RSI_CREATE(\"truepose_rsi\",ID,TRUE)<>RSIOK THEN\nHALT\nENDIF\n"
+      "IF RSI_GETPUBLICPAR(ID,\"AxisCorr_1\",\"LowerLimA1\",WAS)<>RSIOK THEN\nHALT\nENDIF\n"
+      "IF RSI_SETPUBLICPAR(ID,\"AxisCorr_1\",\"LowerLimA1\",-2.5)<>RSIOK THEN\nHALT\nENDIF\n"
+      "IF RSI_SETPUBLICPAR(ID,\"AxisCorr_1\",\"Bad\",1)==RSIOK THEN\nHALT\nENDIF\n"
+      "IF RSI_GETPUBLICPAR(ID,\"axiscorr_1\",\"lowerlima1\",NOW)<>RSIOK THEN\nHALT\nENDIF\n"
+      "IF (WAS<>-5.0) OR (NOW<>-2.5) THEN\nHALT\nENDIF\n"
+      "IF RSI_ON(#RELATIVE,#IPO_FAST)<>RSIOK THEN\nHALT\nENDIF\nRSI_MOVECORR()\n");
+  setup.rsi_parameter = [](const RsiParameter& parameter) {
+    return parameter.parameter == "Bad" ? std::nullopt : std::optional{-5.0};
+  };
+  Controller controller{setup};
+  controller.advance(1s);
+  ASSERT_TRUE(controller.rsi());
+  ASSERT_EQ(controller.rsi()->parameters.size(), 1U);
+  EXPECT_EQ(controller.rsi()->parameters[0].parameter, "LowerLimA1");
+  EXPECT_EQ(controller.rsi()->parameters[0].value, -2.5);
+  EXPECT_TRUE(controller.is_relative());
+}
+
 TEST(Controller, CorrectsNoPtpInTheCycleOf12Ms) {
   for (const bool ipo : {false, true}) {
     Controller controller{with_program(

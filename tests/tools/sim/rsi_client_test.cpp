@@ -536,6 +536,34 @@ TEST(RsiFlow, SetsAByteOfOutputsAndRealsAsKukasExampleDoes) {
   EXPECT_EQ(effects.sen_prea, (std::map<int, double>{{2, -0.25}}));
 }
 
+TEST(RsiFlow, AddsCorrectionsUpToTheLimitsWhereTheyAreRelative) {
+  const auto flow = RsiFlow::of(with({}));
+  ASSERT_TRUE(flow) << flow.error();
+  FlowEffects total;
+  for (int cycle = 1; cycle <= 3; ++cycle) {
+    total = flow->effects(sources(), {{2, 0.4}}, total);
+    EXPECT_NEAR(total.correction_deg[1], 0.4 * cycle, 1e-12);
+  }
+  for (int cycle = 0; cycle < 100; ++cycle) total = flow->effects(sources(), {{2, 0.4}}, total);
+  EXPECT_TRUE(total.clamped);
+  const double limit_deg = total.correction_deg[1];
+  EXPECT_EQ(flow->effects(sources(), {{2, 0.4}}, total).correction_deg[1], limit_deg);
+  EXPECT_EQ(flow->effects(sources(), {{2, 0.4}}).correction_deg[1], 0.4) << "absolute";
+}
+
+TEST(RsiFlow, SetsParametersByNamesInAnyLetterCase) {
+  rsi::Context context = with({});
+  const std::string id = std::ranges::find(context.objects, "AXISCORR", &rsi::ContextObject::type)->id;
+  set_parameter(context, {id, "lowerlima2", -0.25});
+  EXPECT_EQ(value_of(context, {id, "LOWERLIMA2"}), -0.25);
+  EXPECT_EQ(value_of(context, {id, "LowerLimA7"}), std::nullopt);
+  EXPECT_EQ(value_of(context, {"nothing", "LowerLimA1"}), std::nullopt);
+  EXPECT_EQ(value_of(context, {"POSCORRMON", "MaxTrans"}), 6) << "the controller's own, which no file has";
+  const auto flow = RsiFlow::of(context);
+  ASSERT_TRUE(flow) << flow.error();
+  EXPECT_EQ(flow->effects(sources(), {{2, -1.0}}).correction_deg[1], -0.25);
+}
+
 TEST(RsiFlow, RunsWithAMonitorOfWhatItDoesNotSimulateAsKukasSdkHasOne) {
   const auto flow =
       RsiFlow::of(with({{.type = "MONITOR", .id = "Monitor_1", .inputs = {{1, {"AXISCORRMON1", 1}}}}}));
