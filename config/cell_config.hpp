@@ -72,7 +72,7 @@ struct StreamConfig {
 /// What is spoken with a tracker.
 enum class TrackerProtocol {
   Emscon,
-  Bridge,  ///< a program beside the maker's SDK (proto/bridge/README.md)
+  Bridge,  ///< a program on the maker's SDK (docs/trackers.md)
 };
 inline constexpr std::array kTrackerProtocols{Named{"emscon", TrackerProtocol::Emscon},
                                               Named{"bridge", TrackerProtocol::Bridge}};

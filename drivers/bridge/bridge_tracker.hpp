@@ -35,7 +35,7 @@ struct BridgeOptions {
 
 SmrPoint point_of(const bridge::Measured& result);
 
-/// A tracker of any make behind a bridge (proto/bridge/README.md).
+/// A tracker of any make behind a bridge (docs/trackers.md).
 ///
 /// One request is outstanding at a time, but for a ping. What another program changes in the tracker is put
 /// right before the next point.

@@ -19,9 +19,9 @@
 #include "proto/record/forms.hpp"
 #include "proto/record/json_io.hpp"
 
-/// The protocol of a bridge: a program beside a tracker maker's SDK that makes a tracker of any kind look
-/// alike. One JSON object a line (`\n`), UTF-8, over TCP; truepose connects. README.md says all of it for who
-/// writes a bridge.
+/// The protocol of a bridge: a program on a tracker maker's SDK that makes a tracker of any kind look
+/// alike. One JSON object a line (`\n`), UTF-8, over TCP; truepose connects. docs/trackers.md has
+/// all of it.
 ///
 ///   {"id": 7, "do": "measure", "time_ms": 2000}        a request
 ///   {"id": 7, "ok": true, "x": 1000.0, ...}            its answer

@@ -7,7 +7,7 @@
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/measurement.hpp"
 
-/// The reference values of tests/golden (50-digit arithmetic; its README says how they were made).
+/// The reference values of tests/golden (50-digit arithmetic; README.md there: their source).
 namespace truepose::golden {
 
 boost::json::object load(const std::string& name);

@@ -1,4 +1,4 @@
-// The half of a bridge that has nothing to do with a tracker: the lines of proto/bridge/README.md, for one client at a time.
+// The half of a bridge that has nothing to do with a tracker: the lines of docs/trackers.md, for one client at a time.
 //
 // A tracker is an ITracker. Its calls block, as those of a maker's SDK do, and come from a thread of their own: the thread that
 // reads answers ping, hello and status meanwhile. LmfBridge.cs is an example.

@@ -4,7 +4,7 @@
 //
 // On the daemon's own machine. From elsewhere the stream becomes an SslStream before the first line, which needs .NET 5 or later:
 // the daemon speaks TLS 1.3 alone, Mono does not know it. There System.Text.Json takes JavaScriptSerializer's place.
-// proto/control/README.md tells of each method and event.
+// proto/control/reference.md has each method and event.
 using System;
 using System.Collections.Generic;
 using System.IO;

@@ -1,4 +1,4 @@
-"""The half of a bridge that has nothing to do with a tracker: the lines of proto/bridge/README.md, for one client at a time.
+"""The half of a bridge that has nothing to do with a tracker: the lines of docs/trackers.md, for one client at a time.
 
     class Tracker:                         # one method for each request that it offers, by its name
         not_offered = {"face": "the T3 has one face"}  # and a sentence for each that it does not

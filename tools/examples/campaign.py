@@ -4,7 +4,7 @@
     campaign.py HOST:PORT --token-file FILE                        on the daemon's machine
     campaign.py HOST:PORT --ca ca.pem --cert me.pem --key me.key   from elsewhere, over TLS (or --ca with --token-file)
 
-Python's standard library is enough. proto/control/README.md tells of each method and event.
+Python's standard library is enough. proto/control/reference.md has each method and event.
 """
 import argparse
 import json

@@ -6,7 +6,7 @@
 
 namespace truepose::sim {
 
-/// The simulated tracker behind a bridge (proto/bridge/README.md): the reference for who writes one.
+/// The simulated tracker behind a bridge (docs/trackers.md): the reference for a bridge of one's own.
 ///
 /// It takes as long as the emScon one for everything. A second client is refused as busy and closed.
 class BridgeServer final : public TrackerServer {

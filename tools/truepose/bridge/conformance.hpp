@@ -37,7 +37,7 @@ struct BridgeCheckOptions {
   drivers::MakeStream stream = drivers::tcp_stream;
 };
 
-/// Tries every promise of the bridge's protocol (proto/bridge/README.md), one after the other.
+/// Tries every promise of the bridge's protocol (docs/trackers.md), one after the other.
 /// @return or why no bridge could be reached
 boost::asio::awaitable<std::expected<std::vector<BridgeVerdict>, std::string>> check_bridge(
     boost::asio::any_io_executor executor, drivers::Clock& clock, BridgeCheckOptions options);

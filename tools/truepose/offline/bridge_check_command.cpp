@@ -84,7 +84,7 @@ Command bridge_check_command() {
   BridgeCheckCommand& c = *command;
   return {
       .name = "bridge-check",
-      .help = "Tries every promise of a tracker's bridge (proto/bridge/README.md)",
+      .help = "Tries every promise of a tracker's bridge (docs/trackers.md)",
       .options = {Option("bridge", &c.where, "HOST:PORT that it listens on", {.required = true}),
                   Option("--at", &c.at_mm,
                          "X,Y,Z (mm, tracker frame) where a reflector stands; without it the tracker is not "

@@ -158,7 +158,7 @@ int run_write(const KukaWrite& command) {
   std::printf(
       "\n%s\n",
       iiqka ? "Missing: the programs. RSI 6 and EKI 6 have other calls (RSI_LOAD, RSI_PROCESS_ON, EKI_Load, "
-              "EKI_ReadNext), and no set of ours uses them: config/kuka/README.md, iiQKA.OS2."
+              "EKI_ReadNext), and no set of ours uses them: docs/kuka.md."
             : "In KRC:\\R1\\System\\sps.sub: TP_SUBMIT_INIT() in the fold USER INIT, "
               "TP_SUBMIT_CYCLE() in the fold USER PLC.");
   if (!iiqka && cell.stream.cycle == kKrlCycle)
@@ -166,7 +166,7 @@ int run_write(const KukaWrite& command) {
         "At 12 ms (#IPO) RSI corrects LIN and CIRC alone: TP_BEGIN() refuses. Set stream.cycle_ms 4 for "
         "production programs.\n");
   std::printf(
-      "For KSS %s, %s. Not run on hardware yet: read the shipped config/kuka/README.md, and try everything in "
+      "For KSS %s, %s. Not run on hardware yet: read docs/kuka.md, and try everything in "
       "T1 at low override first.\n",
       command.kss.c_str(), cell.name.c_str());
   return kDone;
