@@ -118,6 +118,8 @@ asio::awaitable<void> DeviceService::stop_robot() {
 
 asio::awaitable<void> DeviceService::watch() {
   for (TimePoint ask_tracker_at = parts_.clock.now();;) {
+    // Taken before the questions: a wish that comes during one is not lost.
+    auto wish = soon_.wait();
     if (may_be_asked()) co_await ask_robot();
     if (runner_.in<Armed>()) co_await look_at_robot();
     if (may_be_asked() && !tracker_.busy() && parts_.clock.now() >= ask_tracker_at) {
@@ -125,7 +127,7 @@ asio::awaitable<void> DeviceService::watch() {
       ask_tracker_at = parts_.clock.now() + kAskTracker;
     }
     const TimePoint next = parts_.clock.now() + kAskDevices;
-    co_await parts_.clock.sleep_until(next);
+    co_await drivers::before(parts_.clock, next, std::move(wish));
   }
 }
 

@@ -13,6 +13,7 @@
 #include "daemon/cell/service.hpp"
 #include "daemon/cell/store_watch.hpp"
 #include "daemon/cell/watched_devices.hpp"
+#include "daemon/threads/signal.hpp"
 
 namespace truepose::daemon {
 
@@ -51,6 +52,8 @@ class DeviceService {
   std::string other_arm(const std::string& what, const std::string& serial) const;
   /// Asks the state server, without a connection.
   boost::asio::awaitable<void> look_at_robot();
+  /// Asks the devices at once, and not only at the next second.
+  void ask_soon() { soon_.notify(); }
   WatchedRobot& robot() { return robot_; }
   const WatchedRobot& robot() const { return robot_; }
   WatchedTracker& tracker() { return tracker_; }
@@ -77,6 +80,7 @@ class DeviceService {
   CellRunner& runner_;
   StoreWatch& store_;
   std::function<boost::json::object()> status_;
+  Signal soon_;
   WatchedRobot robot_;
   WatchedTracker tracker_;
   CellDevices devices_;

@@ -129,19 +129,24 @@ const ModelService::Given& ModelService::given_with_tool(const Active& model) {
 
 void ModelService::controller_has(std::optional<int> tool,
                                   const std::optional<std::array<double, 6>>& frame) {
-  const auto& fixed = parts_.config.stream.tool;
-  std::optional<Eigen::Isometry3d> X =
-      (fixed ? *fixed == tool : tool == tool_.number) ? tool_.X : std::nullopt;
-  if (frame && (!fixed || *fixed == tool)) {
+  if (tool && frame) {
     const std::array<double, 6>& at = *frame;
-    X = pose_from_kuka({at[0], at[1], at[2]}, {at[3], at[4], at[5]});
+    frames_[*tool] = pose_from_kuka({at[0], at[1], at[2]}, {at[3], at[4], at[5]});
   }
+  const auto& fixed = parts_.config.stream.tool;
+  const std::optional<int> number = fixed ? fixed : tool;
+  const auto found = number ? frames_.find(*number) : frames_.end();
+  const auto X = found == frames_.end() ? std::nullopt : std::optional{found->second};
   const bool same_frame = X.has_value() == tool_.X.has_value() && (!X || X->isApprox(*tool_.X));
-  const bool same_tool = fixed || tool == tool_.number;
-  if (same_tool && same_frame) return;
+  const bool same_tool = number == tool_.number;
+  tool_.is_current = (frame && number == tool) || (tool_.is_current && same_tool && same_frame);
+  if (same_tool && same_frame) {
+    if (active_) compare_frame();
+    return;
+  }
   const bool was_measured = tool_.is_measured;
   const LinkMass* const carried = config::load_of(parts_.config, tool_.number);
-  tool_ = {.number = fixed ? fixed : tool, .X = X};
+  tool_ = {.number = number, .X = X, .is_current = tool_.is_current};
   const bool is_measured = tool_.number && tools_.of(*tool_.number);
   const bool carries_else = config::load_of(parts_.config, tool_.number) != carried;
   if (active_ && (was_measured || is_measured || carries_else)) give_to_stream(*active_);
@@ -150,7 +155,8 @@ void ModelService::controller_has(std::optional<int> tool,
 /// Whether the measured frame is in TOOL_DATA.
 void ModelService::compare_frame() {
   const config::ToolFile* const tool = tool_.number ? tools_.of(*tool_.number) : nullptr;
-  const std::string differs = tool && tool_.X ? config::other_tool_data(*tool, *tool_.X) : "";
+  const std::string differs =
+      tool && tool_.X && tool_.is_current ? config::other_tool_data(*tool, *tool_.X) : "";
   runner_.faults().stand(!differs.empty(), {kToolDataFault, "warning", differs});
 }
 

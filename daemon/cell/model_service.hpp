@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <expected>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,7 +39,8 @@ class ModelService {
   struct ToolInForce {
     std::optional<int> number;           ///< none: not known, or none
     std::optional<Eigen::Isometry3d> X;  ///< on the flange, as the controller has it; none: not known
-    bool is_measured = false;            ///< else the accuracy holds for the reflector
+    bool is_current = false;   ///< X is what it has now, not what it had when the tool was last used
+    bool is_measured = false;  ///< else the accuracy holds for the reflector
   };
   /// Why the active model cannot be worked with, and what would change that.
   struct Lack {
@@ -63,7 +65,7 @@ class ModelService {
   const std::optional<Active>& active() const { return active_; }
   /// The controller says which tool is in force and with which frame. Where the cell file says which, that
   /// holds.
-  /// @param frame  X Y Z in mm, A B C in deg; none: it does not say, and what it said of this tool holds
+  /// @param frame  X Y Z in mm, A B C in deg; none: not known yet, and the last one of this tool holds
   void controller_has(std::optional<int> tool, const std::optional<std::array<double, 6>>& frame);
   const ToolInForce& tool() const { return tool_; }
   const ToolService& tools() const { return tools_; }
@@ -116,7 +118,8 @@ class ModelService {
   const ToolService& tools_;
   std::optional<Active> active_;
   ToolInForce tool_;
-  std::uint64_t number_ = 0;  ///< of the model that the stream was given last
+  std::map<int, Eigen::Isometry3d> frames_;  ///< of the tools that the controller has used, as it had them
+  std::uint64_t number_ = 0;                 ///< of the model that the stream was given last
   std::deque<Given> given_;
 };
 

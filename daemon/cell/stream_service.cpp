@@ -316,7 +316,11 @@ void StreamService::look_at_robot(const StreamStatus& status) {
   told_cell_.take(known_silent(status) ? std::nullopt : status.cell, parts_.clock.now());
   // What does not come again is as it was. The frame is of the tool that the state server names with it.
   const auto told = devices_.robot_state();
-  if (const auto& by_rsi = told_cell_.signals()) {
+  const auto& by_rsi = told_cell_.signals();
+  const bool other_tool = by_rsi && (!tool_by_rsi_ || *tool_by_rsi_ != by_rsi->tool);
+  tool_by_rsi_ = by_rsi ? std::optional{by_rsi->tool} : std::nullopt;
+  if (other_tool) devices_.ask_soon();  // for its frame
+  if (by_rsi) {
     models_.controller_has(by_rsi->tool,
                            told && told->tool == by_rsi->tool ? told->tool_frame : std::nullopt);
   } else if (told) {

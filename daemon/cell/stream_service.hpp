@@ -71,8 +71,9 @@ class StreamService {
   StreamStatus before_stream_;             ///< when its program ran
   RefusedPackets refused_;
   ToldCell told_cell_;
-  RobotCondition robot_;      ///< when the stream was looked at last
-  TimePoint modes_agreed_{};  ///< by RSI and the state server, or one of them says none
+  std::optional<std::optional<int>> tool_by_rsi_;  ///< that RSI named last, while it names one
+  RobotCondition robot_;                           ///< when the stream was looked at last
+  TimePoint modes_agreed_{};                       ///< by RSI and the state server, or one of them says none
   bool mode_differs_ = false;
   bool clamp_named_ = false;   ///< as the cause why the axes do not follow
   TimePoint proven_{};         ///< when packets could be answered, or none came

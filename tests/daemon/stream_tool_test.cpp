@@ -34,6 +34,12 @@ struct AToolInTheStream : AWatchedStream {
     auto answer = co_await ask("model.activate", params);
     EXPECT_TRUE(answer) << answer.error().message;
   }
+  /// As the submit program names it by RSI; 0: none.
+  void use_by_rsi(std::int64_t tool) {
+    constexpr std::int64_t kTool = 4, kTools = 256;
+    std::int64_t& word = *rig.program.cell;
+    word = word / (kTool * kTools) * kTool * kTools + kTool * tool;
+  }
   /// What the stream has the controller apply, deg.
   Eigen::VectorXd applied_deg() const { return rig.applied * kDegPerRad; }
   /// The same by targets.compensate.
@@ -101,6 +107,39 @@ TEST_F(AToolInTheStream, IsCorrectedAsTheControllerHasItAndWhereThatIsAnotherFra
     mock.use_tool({});
     co_await pass(5s);
     EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+  });
+}
+
+TEST_F(AToolInTheStream, IsComparedWithTheControllersFrameAsSoonAsRsiNamesIt) {
+  play([this]() -> Wait {
+    rig.program = {.state = 3, .mode = 4, .override_percent = 100, .cell = 1024};
+    counts = true;
+    co_await streaming();
+    // Without a question at once the state server is asked once in a second.
+    for (int change = 0; change < 5; ++change) {
+      use_by_rsi(3);
+      mock.use_tool(3, std::array{40.0, -30.0, 258.0, 0.0, 0.0, 0.0});
+      co_await pass(110ms);
+      EXPECT_THAT(fault_of(*co_await ask("cell.status")), HasSubstr("is 8.000 mm and 0.0000 deg from"));
+      use_by_rsi(0);
+      mock.use_tool({});
+      co_await pass(110ms);
+      EXPECT_EQ(fault_of(*co_await ask("cell.status")), "");
+    }
+  });
+}
+
+TEST_F(AToolInTheStream, HasTheFrameThatItHadLastUntilTheControllerNamesOneWithoutAFinding) {
+  play([this]() -> Wait {
+    mock.use_tool(3, std::array{40.0, -30.0, 258.0, 0.0, 0.0, 0.0});
+    co_await streaming();
+    const Eigen::VectorXd with_frame_deg = applied_deg();
+    mock.use_tool({});
+    co_await pass(5s);
+    mock.use_tool(3);
+    co_await pass(5s);
+    EXPECT_LT((applied_deg() - with_frame_deg).norm(), 1e-3);
+    EXPECT_EQ(fault_of(*co_await ask("cell.status")), "") << "the frame may have been typed since";
   });
 }
 
