@@ -17,7 +17,7 @@ std::expected<Air, std::string> recent_air(const std::filesystem::path& file, st
   const auto age = std::chrono::floor<std::chrono::seconds>(decltype(written)::clock::now() - written);
   if (age < -kClocksDiffer)
     return std::unexpected(formatted(
-        "%s: is dated %lld s later than now, so that nobody can tell how old it is: set the clocks of this PC and of "
+        "%s: is dated %lld s later than now, so its age is unknown: set the clocks of this PC and of "
         "the weather station",
         file.c_str(), static_cast<long long>(-age.count())));
   if (age > max_age)

@@ -237,7 +237,7 @@ class MeasurementColumns {
     const std::string_view text = table_.text(row, *time_);
     if (text.empty())
       table_.fail(row, *time_,
-                  "missing, where other rows tell it: give every row its time or remove the column");
+                  "missing, where other rows have it: give every row its time or remove the column");
     const auto time = measured_time(text), first = measured_time(table_.text(0, *time_));
     if (!time) {
       table_.fail(
@@ -249,7 +249,7 @@ class MeasurementColumns {
     if (first->form != time->form) {
       table_.fail(row, *time_,
                   std::string(name_of(kTimeForms, time->form)) + ", where row 1 has " +
-                      std::string(name_of(kTimeForms, first->form)) + ": tell all times in one form");
+                      std::string(name_of(kTimeForms, first->form)) + ": write all times in one form");
     }
     return std::string(text);
   }

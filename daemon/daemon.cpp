@@ -356,7 +356,7 @@ class Daemon {
       if (!stuck && period) tell_alive();  // unasked it would fill the socket of a manager that does not read
       if (stuck && !told)
         log_error("the " + *stuck + " thread stands still" +
-                  (period ? "; unless it goes on, the service is started anew" : ""));
+                  (period ? "; unless it continues, systemd restarts the service" : ""));
       told = stuck.has_value();
       const drivers::TimePoint next = clock_.now() + pause;
       co_await clock_.sleep_until(next);

@@ -42,7 +42,8 @@ class InitialiseAgain {
 
   /// What is not measured before that.
   static TrackerError refusal() {
-    return {TrackerFault::NotReady, "the tracker has warmed up, and is to be connected and initialised anew"};
+    return {TrackerFault::NotReady,
+            "the tracker has warmed up, and is to be connected and initialised again"};
   }
 
  private:

@@ -17,7 +17,7 @@ struct Plausible {
 };
 
 constexpr const char* kWeather = "check its weather station, or the weather that was entered";
-constexpr const char* kSpread = "measure again; if it stays, start the tracker anew";
+constexpr const char* kSpread = "measure again; if it stays, restart the tracker";
 
 std::optional<std::string> implausible(const MeasuredOrientation& orientation) {
   constexpr double kLargest_deg = 5;  // no 6-D target is worse than 0.1 deg

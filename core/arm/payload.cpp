@@ -7,9 +7,9 @@ namespace truepose {
 std::expected<RobotModel, std::string> carrying(RobotModel robot, const LinkMass& payload) {
   if (!std::ranges::count(robot.deviation, DeviationBasis::Gravity, &DeviationTerm::basis)) {
     return std::unexpected(
-        "the model does not know how the arm bends under a payload: calibrate with --non-geometric auto, with the masses "
-        "of the links in the robot file or with poses under two payloads (columns payload_kg, payload_x, payload_y "
-        "and payload_z)");
+        "the model has no gravity compliance for a payload: calibrate with --non-geometric auto. It needs the masses of "
+        "the links in the robot file, or poses under two payloads (columns payload_kg, payload_x, payload_y and "
+        "payload_z)");
   }
   if (!robot.masses.empty() && !robot.payload) {
     return std::unexpected(

@@ -54,7 +54,7 @@ std::optional<CalibrationError> unusable(const RobotModel& nominal, const Measur
   if (!oriented_points(points).empty() && !(whitening_of(points, options.noise).finest_mm > 0))
     return CalibrationError{
         CalibrationFault::NoNoise,
-        "orientations are weighed against positions, whose noise is not known: state sigma "
+        "orientations are weighed against positions, and the noise of these is not known: state sigma "
         "for every point, or the tracker's noise"};
   const int poses = count_poses(points);
   if (poses >= kFewestPoses) return std::nullopt;

@@ -28,7 +28,7 @@ FramePose by_three(const Eigen::Vector3d& origin, const Eigen::Vector3d& on_x, c
   const double legs = x.norm() * xy.norm();
   if (!(std::min(x.norm(), xy.norm()) >= kLeastLeg_mm) || !(z.norm() >= std::sin(kLeastAngle_rad) * legs))
     return std::unexpected(
-        "origin, x and xy are nearly on one line or in one place, so that nothing shows the XY plane: measure "
+        "origin, x and xy are nearly on one line or in one place and do not show the XY plane: measure "
         "them far apart");
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() << x.normalized(), z.cross(x).normalized(), z.normalized();

@@ -239,7 +239,7 @@ bool taken_evenly(std::vector<std::size_t> taken) {
 
 Mistake unordered_rows(Names names) {
   const MistakeWords words{"the rows of the points are in another order than those of the joints",
-                           "each point beside the joints that reach it"};
+                           "each point in the row of the joints that reach it"};
   return {.file = MistakenFile::Measurements,
           .key = "x, y, z",
           .mend =

@@ -72,8 +72,8 @@ std::optional<BaseShift> shift_of_base(const FrameReadings& data, const Equation
 /// Why orientations of readings do not say how the tool is turned; empty where they do.
 std::string why_not_turned(const FrameReadings& data) {
   if (data.points.size() > 1 || data.points.front().name != kOrigin || data.points.front().p_mm)
-    return "a reading with an orientation gives the whole tool, so that its point is \"origin\" and no other is read: "
-           "leave the other points out, or the orientations";
+    return "a reading with an orientation gives the whole tool: its point is \"origin\", and no other is read. "
+           "Leave the other points out, or the orientations";
   if (!std::ranges::all_of(
           data.readings, [](const FrameReading& reading) { return reading.p_WS_mm && reading.orientation; }))
     return "some readings have an orientation and some do not: give it for all, or for none";
@@ -126,15 +126,13 @@ std::string too_alike(std::span<const Eigen::Matrix3d> turns) {
 
 std::string why_not_told(const FrameReadings& data, const RobotModel& robot) {
   if (is_touched(data))
-    return why_not_told(
-        data, robot, kOrigin, "the TCP touched the point",
-        ", so that the TCP's place along it is not told; touch the point with the tool tilted "
-        "by 30 deg or more to several sides");
+    return why_not_told(data, robot, kOrigin, "the TCP touched the point",
+                        ", which leaves the TCP's place along it open; touch the point with the tool tilted "
+                        "by 30 deg or more to several sides");
   for (const FramePoint& point : data.points) {
-    std::string why =
-        why_not_told(data, robot, point.name, "the tracker read point \"" + point.name + '"',
-                     ", so that what the arm errs along it would stay in point \"" + point.name +
-                         "\"; read it with the tool tilted by 30 deg or more to several sides");
+    std::string why = why_not_told(data, robot, point.name, "the tracker read point \"" + point.name + '"',
+                                   ", so the arm's error along it would stay in point \"" + point.name +
+                                       "\"; read it with the tool tilted by 30 deg or more to several sides");
     if (!why.empty()) return why;
   }
   return {};

@@ -203,7 +203,7 @@ std::string way_of(const Movement& moved, const MeasurementData& data) {
 std::string told(const Change& change, const MeasurementData& data) {
   if (change.kind == ChangeKind::Base) return told_of(data, change.index) + "the tracker or the base moved";
   if (change.kind == ChangeKind::JointZero)
-    return formatted("joint %d slipped against its encoder", change.index + 1);
+    return formatted("the encoder offset of joint %d changed", change.index + 1);
   if (change.kind == ChangeKind::Growth)
     return "all lengths of the arm changed, as it became warmer or colder";
   if (change.kind == ChangeKind::Load) return "the load on the flange changed";
@@ -227,7 +227,7 @@ Finds moved_meanwhile(const Case& of) {
   if (!moved->or_joint) return Finding{surely ? Severity::Error : Severity::Warning, who + how};
   return doubt(
       who + how +
-      formatted(", or joint %d errs as much with where it stands: the order of the points does not tell "
+      formatted(", or joint %d errs as much with its position: the order of the points does not separate "
                 "these apart, measure them in another one",
                 *moved->or_joint + 1));
 }
@@ -322,7 +322,7 @@ Finds clock_was_set(const Case& of) {
   if (!step) return std::nullopt;
   return doubt(formatted(
       "the times go back by %.0f min between %s and %s and run on from there, as those of a "
-      "clock that was set: what moved or warmed up meanwhile is not seen; mend the times",
+      "clock that was set: motion and warm-up in between are not detected; correct the times",
       step->back_s / 60, place_of(of.data, step->before).c_str(), place_of(of.data, step->after).c_str()));
 }
 
@@ -401,8 +401,8 @@ Finds told_twice(const Case& of) {
   const std::ptrdiff_t again = readings_told_again(of.data.points);
   if (!of.noise_known() || again == 0) return std::nullopt;
   return doubt(
-      formatted("%td points repeat the joints and the reading of others to the last digit: one reading that "
-                "is told twice makes the model no surer, leave them out",
+      formatted("%td points repeat the joints and the reading of others to the last digit: a reading that "
+                "is given twice makes the model no surer, leave them out",
                 again));
 }
 
@@ -412,7 +412,7 @@ Finds noise_not_stated(const Case& of) {
   return Finding{
       Severity::Note,
       formatted("no noise is stated: it is taken as the %.3f mm in each coordinate that %s; state "
-                "--tracker-noise and --repeatability to have what is left judged by them",
+                "--tracker-noise and --repeatability to have the residuals judged by them",
                 noise_mm,
                 of.repeated_mm > 0 ? "poses scatter by that were measured again" : "the model leaves")};
 }

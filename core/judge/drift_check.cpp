@@ -34,7 +34,7 @@ std::string no_single_cause(const DriftReference& reference, std::span<const Mea
            "fewer points, or calibrate again";
   const auto update = update_after_drift(reference, points);
   if (!update || !update->explains)
-    return "no moved tracker, base or reflector, joint zero, warmth or wrong reading explains it, alone or "
+    return "no moved tracker, base or reflector, joint zero, thermal drift or wrong reading explains it, alone or "
            "together: the arm itself has changed, calibrate again";
   std::string text = "no change alone explains it, these together do: ";
   for (const auto* moves : {&update->moves, &update->wrong})
@@ -50,12 +50,12 @@ std::string likely_cause(const DriftCheck& check, const DriftReference& referenc
   const bool few = points.size() < kEnoughPoints;
   const std::string too_few = std::to_string(points.size()) +
                               (points.size() == 1 ? " point is" : " points are") +
-                              " too few to tell why: measure at least " + std::to_string(kEnoughPoints);
+                              " too few to find the cause: measure at least " + std::to_string(kEnoughPoints);
   if (!check.explains()) return few ? too_few : no_single_cause(reference, points);
   const DriftCause& first = check.causes.front();
   std::string text = "most likely " + described(first, cell, points);
   for (const DriftCause& other : check.alternatives) text += ", or " + described(other, cell, points);
-  if (!check.alternatives.empty()) text += " (these points do not tell them apart)";
+  if (!check.alternatives.empty()) text += " (these points do not separate them)";
   return few ? text + ", but " + too_few : text + ": " + remedy(first);
 }
 
@@ -67,7 +67,7 @@ std::string reason_of(const DriftCheck& check, const DriftReference& reference,
     return "the points are off by " + against +
            ", but the model is not known well enough at these poses to call that a change: measure others";
   if (!check.significant()) return "the points agree with the model: off by " + against;
-  return "the points are off by " + against + (check.large() ? "" : ", more than by chance but harmless") +
+  return "the points are off by " + against + (check.large() ? "" : ", a significant but harmless amount") +
          "; " + likely_cause(check, reference, points);
 }
 

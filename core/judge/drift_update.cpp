@@ -317,12 +317,13 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
     if (doubted) update.doubts.push_back(why);
   };
   if (update.moves.empty()) {
-    doubt(true, "nothing has moved that the points could tell");
+    doubt(true, "nothing has moved that the points could show");
     return update;
   }
   doubt(agree(right_points(update, points), reference, law), "the points agree with the model as it is");
-  doubt(update.probability < kSignificance,
-        "moved base, reflectors and joint zeros, and warmth, do not explain the points: calibrate again");
+  doubt(
+      update.probability < kSignificance,
+      "moved base, reflectors and joint zeros, and thermal drift, do not explain the points: calibrate again");
   if (link)
     doubt(true, parameter_names(reference.cell)[static_cast<std::size_t>(link->index)] +
                     ", changed alone, explains the points better: calibrate again");

@@ -37,7 +37,7 @@ std::optional<Finding> measured_beyond_limits(const RobotModel& nominal,
   if (beyond.empty()) return std::nullopt;
   return Finding{Severity::Advice,
                  "measured beyond the limits of the robot file: " + beyond +
-                     "; how well unmeasured poses are known is told within these limits alone: "
+                     "; the uncertainty of unmeasured poses holds within these limits alone: "
                      "correct them"};
 }
 

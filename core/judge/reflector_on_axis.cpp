@@ -33,7 +33,7 @@ std::optional<Finding> reflectors_on_last_axis(const CalibratedCell& cell,
   if (lever_mm * least_rad > seen_mm) return std::nullopt;
   return Finding{
       Severity::Advice,
-      formatted("%s on the axis of joint %d (%.2f mm off it), so that nothing can be said of what is "
+      formatted("%s on the axis of joint %d (%.2f mm off it), so its points show nothing of what is "
                 "behind that joint: mount it at least %.0f mm off",
                 cell.reflectors.size() == 1 ? "the reflector is" : "all reflectors are", layout.joints,
                 lever_mm, kFarEnough_mm)};

@@ -163,8 +163,7 @@ class HistoryBuilder {
     const NestReadings& before = history_.stands.back().nests;
     const auto loose = loose_nest(before, nests, noise_);
     if (!loose)
-      return std::unexpected(
-          "they do not stand as they did to each other, and it cannot be told which one moved");
+      return std::unexpected("they have moved to each other, and which one moved is not identifiable");
     doubt(check,
           formatted("nest %zu moved by itself, see how it is fixed; the others were used", *loose + 1));
     nests[*loose].readings = 0;

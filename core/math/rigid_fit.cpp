@@ -27,7 +27,7 @@ std::expected<Eigen::Isometry3d, std::string> rigid_fit(std::span<const Eigen::V
   }
   const Svd svd = thin_svd(scatter);
   if (!(svd.s[1] > kOnOneLine * kOnOneLine * svd.s[0]))
-    return std::unexpected("the points are on one line, so that nothing shows a turn about it");
+    return std::unexpected("the points are on one line and do not show a rotation about it");
   const Eigen::Matrix3d U = svd.U, V = svd.V;
   const Eigen::Vector3d handed(1, 1, (U * V.transpose()).determinant() < 0 ? -1 : 1);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();

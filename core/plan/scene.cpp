@@ -313,7 +313,7 @@ std::optional<std::string> scene_mistake(const Scene& scene) {
   }
   if (const double off_mm = reflector_off_axis_mm(scene); scene.shows_last_axis && off_mm < kOffAxis_mm) {
     return formatted(
-        "the reflector is %.1f mm from the last axis, whose turning it would hardly show; mount it at "
+        "the reflector is %.1f mm from the last axis and would hardly show its rotation; mount it at "
         "least %.0f mm off",
         off_mm, kOffAxis_mm);
   }

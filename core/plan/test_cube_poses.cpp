@@ -93,8 +93,8 @@ std::optional<TestCubePoses> poses_of(const TestCube& cube, const Eigen::Matrix3
 
 std::string no_cube(const TestCubeWish& wish, double edge_mm) {
   return formatted(
-      "no cube with an edge of %.0f mm%s%s was found of whose diagonal plane the tracker sees all five "
-      "poses%s: choose a smaller one, or another place or orientation",
+      "no cube with an edge of %.0f mm%s%s has a diagonal plane of five poses that the tracker sees%s: "
+      "choose a smaller one, or another place or orientation",
       edge_mm, wish.centre_mm ? " at this centre" : "", wish.orientation ? " in this orientation" : "",
       wish.approach_mm > 0 ? " and the arm comes to P1, P2 and P4 along every axis" : "");
 }

@@ -51,7 +51,7 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
   }
   // What was measured before is as good as it was.
   if (error && !aborting_ && session_.resumes() && !session_.has_gone_on()) {
-    error->detail = "it did not go on: " + error->detail;
+    error->detail = "it did not resume: " + error->detail;
     error->interrupted = true;
   }
   auto ended = co_await session_.end(error);

@@ -132,7 +132,7 @@ StoreResult<CampaignPast> read_past(Store& store, const std::string& campaign_id
 }
 
 std::string described(const Resumption& resumption) {
-  return "the campaign was interrupted (" + resumption.interrupted + ") and went on (" + resumption.resumed +
+  return "the campaign was interrupted (" + resumption.interrupted + ") and resumed (" + resumption.resumed +
          ")" + (resumption.found.empty() ? "" : ": " + resumption.found);
 }
 

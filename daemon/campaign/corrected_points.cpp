@@ -158,7 +158,7 @@ void correct_stand(const std::vector<StoredPoint>& measured, const config::CellC
   const bool correct = config.campaign.correct_by_nests;
   for (const std::string& move : described_moves(history))
     corrected.findings.push_back({correct ? Severity::Note : Severity::Warning,
-                                  move + (correct ? "; its points were put right by that" : "")});
+                                  move + (correct ? "; its points were corrected by that" : "")});
   for (const std::string& doubt : history.doubts) corrected.findings.push_back({Severity::Advice, doubt});
   if (!correct || !history.moved()) return;
   const MeasurementNoise noise{config.tracker.noise, config.robot.repeatability_mm};

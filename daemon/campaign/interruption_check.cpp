@@ -99,8 +99,7 @@ InterruptionCheck::InterruptionCheck(MeasuringSession& session)
 CampaignOutcome<SinceInterruption> InterruptionCheck::run() {
   if (touched_)
     co_return SinceInterruption{
-        X_,
-        "the points that had been touched are kept; nobody has looked whether arm or fixture moved since"};
+        X_, "the points that had been touched are kept; whether arm or fixture moved since was not checked"};
   if (poses_.empty()) co_return SinceInterruption{X_, "nothing had been measured"};
   Done done = co_await look_at_nests();
   if (!done) co_return std::unexpected(done.error());
@@ -189,8 +188,8 @@ std::size_t InterruptionCheck::worst() const {
 std::expected<void, CampaignError> InterruptionCheck::fit() {
   if (now_.size() < kFewestToFit)
     return std::unexpected(refused(formatted(
-        "pose %d, measured again, is %.3f mm from where it was, and with %zu of them nobody can tell "
-        "what has moved: abort the campaign and start it anew",
+        "pose %d, measured again, is %.3f mm from where it was, and %zu of them are too few to show "
+        "what has moved: abort the campaign and start it again",
         numbers_[worst()], left_mm(worst()), now_.size())));
   // The nests, as far as they tell the same: they stand farther apart.
   NestReadings then = then_, now = now_;
@@ -210,7 +209,7 @@ std::expected<void, CampaignError> InterruptionCheck::fit() {
   return std::unexpected(refused(formatted(
       "pose %d, measured again, is %.3f mm from where it was, and no motion of the tracker explains "
       "that: see that reflector, load and mastering are as they were and resume the campaign, or "
-      "abort it and start anew",
+      "abort it and start it again",
       numbers_[worst()], left_mm(worst()))));
 }
 

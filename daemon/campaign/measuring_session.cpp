@@ -263,7 +263,7 @@ bool MeasuringSession::pause_for_losses(const MeasuringTarget& target, const Dev
   observer_.on_paused("paused: " + std::to_string(lost_in_row_) +
                       " poses in a row could not be measured, pose " + std::to_string(target.pose) +
                       " last: " + error.detail + "; " +
-                      (error.beam_lost ? "see that nobody is in the cell and that nothing stands between "
+                      (error.beam_lost ? "see that the cell is empty and that nothing stands between "
                                          "tracker and reflector"
                        : error.what_to_do.empty() ? "remove the cause"
                                                   : error.what_to_do) +

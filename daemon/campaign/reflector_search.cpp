@@ -14,7 +14,7 @@ constexpr double kOfSpacing = 0.3;
 
 DeviceError cannot_tell() {
   return {Remedy::Retry,
-          "tracker: which of the reflectors it found cannot be told, as not all are that should "
+          "tracker: which of the reflectors it found is not known, as not all are there that should "
           "be seen here: take those that are not there out of the cell file, or correct tracker.robot_base"};
 }
 

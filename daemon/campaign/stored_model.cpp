@@ -138,7 +138,7 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
                                                       poses_of_task(points), record.largest_correction_deg)) {
     // Then what it corrects there cannot be computed.
     if (const WhyNot outside = outside_limits(config.robot.model, points))
-      return model_refused(record, *outside, "widen them, activate another model, or measure anew");
+      return model_refused(record, *outside, "widen them, activate another model, or measure again");
     return refused(*larger);
   }
   return model;

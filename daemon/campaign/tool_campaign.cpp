@@ -94,7 +94,7 @@ std::expected<void, CampaignError> ToolCampaign::judge_orientations() const {
   return std::unexpected(
       CampaignError{CampaignFault::Planning,
                     "where the tracker sees the reflector, " + alike +
-                        ", so that what the arm errs along it would stay in the TCP: turn the reflector's "
+                        ", so the arm's error along it would stay in the TCP: turn the reflector's "
                         "opening, or give the arm more room"});
 }
 

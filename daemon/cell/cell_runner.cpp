@@ -1,6 +1,7 @@
 #include "daemon/cell/cell_runner.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
 #include "daemon/log/log.hpp"
@@ -16,18 +17,17 @@ using control::RpcError;
 
 namespace {
 
-constexpr const char* kCellFault = "E_CELL";
 constexpr const char* kAcknowledge = "cell.acknowledge";
 
 /// What is not possible while a fault stands, whatever the state is, until that is acknowledged: without the
 /// store what is new.
 struct RuledOut {
-  const char* fault;
+  FaultCode fault;
   std::vector<std::string_view> methods;
 };
 const std::array<RuledOut, 2> kRuledOut{
-    {{kFrozenFault, {"stream.stop", "stream.disarm"}},
-     {kStoreFault,
+    {{FaultCode::StreamFrozen, {"stream.stop", "stream.disarm"}},
+     {FaultCode::Store,
       {"cell.connect", "campaign.start", "campaign.resume", "campaign.identify", "drift.check",
        "stream.start", "stream.arm"}}}};
 
@@ -62,13 +62,13 @@ std::string fault_text(const CellState& state) {
 
 void StandingFaults::begin(Fault fault) {
   end(fault.code);
-  const std::string code = fault.code;
+  const FaultCode code = fault.code;
   faults_[code] = {std::move(fault), control::rfc3339(wall_clock_())};
   publish(faults_[code], true);
   begun_(faults_[code].fault);
 }
 
-void StandingFaults::end(const std::string& code) {
+void StandingFaults::end(FaultCode code) {
   if (const auto ended = faults_.extract(code)) publish(ended.mapped(), false);
 }
 
@@ -79,7 +79,7 @@ void StandingFaults::stand(bool stands, Fault fault) {
   begin(std::move(fault));
 }
 
-std::string StandingFaults::text(const std::string& code) const {
+std::string StandingFaults::text(FaultCode code) const {
   const auto found = faults_.find(code);
   return found != faults_.end() ? found->second.fault.text : "";
 }
@@ -91,12 +91,13 @@ json::array StandingFaults::json() const {
 }
 
 std::size_t StandingFaults::count(std::string_view severity) const {
-  const auto is = [&](const auto& standing) { return standing.second.fault.severity == severity; };
+  const auto is = [&](const auto& standing) { return kind_of(standing.first).severity == severity; };
   return static_cast<std::size_t>(std::ranges::count_if(faults_, is));
 }
 
 json::object StandingFaults::Standing::json() const {
-  return {{"code", fault.code}, {"severity", fault.severity}, {"text", fault.text}, {"since", since}};
+  const FaultKind& kind = kind_of(fault.code);
+  return {{"code", kind.code}, {"severity", kind.severity}, {"text", fault.text}, {"since", since}};
 }
 
 void StandingFaults::publish(const Standing& fault, bool standing) {
@@ -153,7 +154,7 @@ std::string CellRunner::waiting_for(const Waiting& wait) const {
 
 std::string CellRunner::paused_because(const Waiting& wait) const {
   return "paused, " + waiting_for(wait) +
-         "; the campaign goes on by itself once it answers and is ready, or resume or abort it";
+         "; the campaign resumes by itself once it answers and is ready, or resume or abort it";
 }
 
 std::string CellRunner::reason() const {
@@ -162,9 +163,11 @@ std::string CellRunner::reason() const {
 }
 
 std::string CellRunner::next() const {
-  const bool other_fault = std::ranges::any_of(
-      kRuledOut, [this](const RuledOut& by_fault) { return faults_.stands(by_fault.fault); });
-  if (other_fault && in<Faulted>() == nullptr) return "Remove the cause of the fault, then acknowledge it.";
+  for (const RuledOut& by_fault : kRuledOut) {
+    if (in<Faulted>() != nullptr || !faults_.stands(by_fault.fault)) continue;
+    const std::string_view to_do = kind_of(by_fault.fault).what_to_do;
+    return char(std::toupper(to_do.front())) + std::string{to_do.substr(1)} + '.';
+  }
   return next_step(state_);
 }
 
@@ -175,7 +178,7 @@ void CellRunner::tell(const CellState& before, const std::string& reason, const 
       "cell " + std::string{state_name(before)} + " -> " + std::string{name()} + ": " + reason_;
   fault ? log_error(line) : log_info(line);
   events_.publish(control::Topic::Cell, cell_json(name(), state_name(before), reason_, by));
-  fault ? faults_.begin({kCellFault, "error", reason_}) : faults_.end(kCellFault);
+  fault ? faults_.begin({FaultCode::Cell, reason_}) : faults_.end(FaultCode::Cell);
 }
 
 std::vector<std::string> CellRunner::allowed() const {
@@ -190,15 +193,15 @@ std::vector<std::string> CellRunner::allowed() const {
   return methods;
 }
 
-bool CellRunner::rules_out(const char* fault, std::string_view method) const {
+bool CellRunner::rules_out(FaultCode fault, std::string_view method) const {
   return faults_.stands(fault) && std::ranges::any_of(kRuledOut, [&](const RuledOut& out) {
-           return std::string_view{out.fault} == fault && std::ranges::count(out.methods, method) > 0;
+           return out.fault == fault && std::ranges::count(out.methods, method) > 0;
          });
 }
 
 std::optional<RpcError> CellRunner::acknowledge(const std::string& by) {
   auto refused = apply(AcknowledgeRequested{}, "acknowledged by an operator", by);
-  if (!refused || !faults_.stands(kFrozenFault)) return refused;
+  if (!refused || !faults_.stands(FaultCode::StreamFrozen)) return refused;
   carry_out(CellCommand::RearmStream, "");
   return std::nullopt;
 }

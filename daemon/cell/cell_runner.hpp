@@ -13,23 +13,12 @@
 
 #include "daemon/cell/cell_state.hpp"
 #include "daemon/control/event_bus.hpp"
+#include "daemon/fault_kinds.hpp"
 #include "daemon/threads/signal.hpp"
 #include "drivers/clock.hpp"
 #include "proto/control/request.hpp"
 
 namespace truepose::daemon {
-
-/// Code of the fault that stands while the store cannot be written to.
-inline constexpr const char* kStoreFault = "E_STORE";
-/// Of the one that stands while the stream holds, because the axes do not follow its correction.
-inline constexpr const char* kFrozenFault = "E_STREAM_FROZEN";
-
-/// What an operator should know of, until it ends.
-struct Fault {
-  std::string code;      ///< stable, for programs
-  std::string severity;  ///< "warning" or "error"
-  std::string text;      ///< one sentence
-};
 
 /// The faults that stand, one of a code at most. Clients are told of each beginning and end.
 class StandingFaults {
@@ -41,13 +30,13 @@ class StandingFaults {
   void tell(std::function<void(const Fault& fault)> begun) { begun_ = std::move(begun); }
   /// In place of one that stands with the same code.
   void begin(Fault fault);
-  void end(const std::string& code);
+  void end(FaultCode code);
   /// Begins a fault and warns of it in the log, or ends it: it stands as long as its cause.
   void stand(bool stands, Fault fault);
 
-  bool stands(const std::string& code) const { return faults_.contains(code); }
+  bool stands(FaultCode code) const { return faults_.contains(code); }
   /// What a fault says that stands; empty where it does not.
-  std::string text(const std::string& code) const;
+  std::string text(FaultCode code) const;
   /// In the order of their codes.
   boost::json::array json() const;
   std::size_t count(std::string_view severity) const;
@@ -62,7 +51,7 @@ class StandingFaults {
 
   EventBus& events_;
   EventBus::WallClock wall_clock_;
-  std::map<std::string, Standing> faults_;
+  std::map<FaultCode, Standing> faults_;
   std::function<void(const Fault& fault)> begun_ = [](const Fault&) {};
 };
 
@@ -126,7 +115,7 @@ class CellRunner {
   /// now, and what a fault needs.
   std::vector<std::string> allowed() const;
   /// Whether that fault stands, and the method is not possible until it is acknowledged.
-  bool rules_out(const char* fault, std::string_view method) const;
+  bool rules_out(FaultCode fault, std::string_view method) const;
   /// One sentence: why the cell is in its state, or for which device it waits, how long already and why.
   std::string reason() const;
   /// What an operator does next, in one sentence.

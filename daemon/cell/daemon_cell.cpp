@@ -72,7 +72,7 @@ MethodReply DaemonCell::call(std::string method, json::object params, std::strin
   if (known == table_.end())
     co_return std::unexpected(
         control::RpcError{control::ErrorCode::MethodNotFound, "no such method: " + method});
-  if (runner_.rules_out(kStoreFault, method)) co_return std::unexpected(store_.refusal());
+  if (runner_.rules_out(FaultCode::Store, method)) co_return std::unexpected(store_.refusal());
   MethodResult result = co_await known->second(std::move(params), std::move(by));
   co_return result;
 }
@@ -114,7 +114,7 @@ json::object DaemonCell::status_json() const {
   const std::vector<std::string> of_interrupted = campaigns_.also_allowed();
   for (const auto& methods : {runner_.allowed(), of_interrupted})
     for (const std::string& method : methods)
-      if (!runner_.rules_out(kStoreFault, method)) allowed.emplace_back(method);
+      if (!runner_.rules_out(FaultCode::Store, method)) allowed.emplace_back(method);
   std::string next = runner_.next();
   if (std::string not_ready = devices_.way_to_ready(); !not_ready.empty())
     next = std::move(not_ready);

@@ -26,9 +26,7 @@ class DaemonCell final : public CellService {
   MethodReply pause(std::string why, std::string by) override;
   std::string doing() const override { return runner_.reason(); }
   void unrecorded(const std::string& why) override { store_.failed({why, true}); }
-  void stand(bool stands, const ServerFault& fault) override {
-    runner_.faults().stand(stands, {fault.code, fault.severity, fault.text});
-  }
+  void stand(bool stands, const Fault& fault) override { runner_.faults().stand(stands, fault); }
 
   boost::asio::awaitable<StoreResult<void>> load_tools() { return tools_.load(); }
   /// After load_tools().

@@ -21,7 +21,6 @@ constexpr Duration kAskDevices = 1s;
 constexpr Duration kAskTracker = 5s;
 constexpr Duration kCheckAnswer = 5s;
 constexpr Duration kOld = 3s;  // a state of the robot is not known any more
-constexpr const char* kTrackerFault = "E_TRACKER";
 
 }  // namespace
 
@@ -108,7 +107,7 @@ MethodReply DeviceService::acknowledge(json::object params, std::string by) {
 
 void DeviceService::close() {
   devices_.disconnect();
-  runner_.faults().end(kTrackerFault);
+  runner_.faults().end(FaultCode::Tracker);
 }
 
 asio::awaitable<void> DeviceService::stop_robot() {
@@ -160,7 +159,7 @@ std::expected<drivers::RobotState, std::string> DeviceService::robot_state() con
   const auto& told = robot_.told();
   if (!told) return std::unexpected(robot_.why_not());
   if (parts_.clock.now() - robot_.told_at() >= kOld)
-    return std::unexpected("told more than " + std::to_string(kOld / 1s) + " s ago");
+    return std::unexpected("last answer more than " + std::to_string(kOld / 1s) + " s ago");
   return *told;
 }
 
@@ -186,7 +185,7 @@ asio::awaitable<void> DeviceService::ask_tracker() {
   if (!asked && runner_.in<Ready>()) runner_.apply(DeviceLost{{why.detail, why.what_to_do}}, why.detail);
   if (in_campaign()) runner_.await(CellDevice::Tracker, why.detail);
   runner_.faults().stand(!asked && runner_.in<Streaming>(),
-                         {kTrackerFault, "warning", why.detail + "; the stream goes on without it"});
+                         {FaultCode::Tracker, why.detail + "; the stream continues without it"});
 }
 
 std::string DeviceService::way_to_ready() const {

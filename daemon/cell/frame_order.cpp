@@ -27,8 +27,7 @@ Assumed assumed_tcp(int number, const config::CellConfig& config, const ToolServ
   if (const config::ToolFile* known = tools.of(number))
     return {known->X_told.translation(), "where the TCP was measured before"};
   if (config.stream.p_FT_mm) return {*config.stream.p_FT_mm, "where stream.tcp of the cell file has it"};
-  return {config.reflector.p_FS_mm,
-          "where the cell file has its reflector, as nothing tells where the TCP is", false};
+  return {config.reflector.p_FS_mm, "where the cell file has its reflector, as the TCP is not known", false};
 }
 
 /// A row of a list that has one for each point.
@@ -84,7 +83,7 @@ ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& confi
   if (at && at->size() != names.size()) read.fail("at", "expected a row for each of the points");
   if (known && known->size() != names.size()) read.fail("nominal", "expected a row for each of the points");
   if (order.together && names.size() > 1 && !at)
-    read.fail("at", "missing: reflectors that are seen together are told apart by where they are");
+    read.fail("at", "missing: reflectors that are seen together are identified by where they are");
 
   const Assumed assumed = assumed_tcp(order.number, config, tools);
   if (assumed.is_tcp) order.reach_F_mm = assumed.p_F_mm;
@@ -124,10 +123,9 @@ BaseOrder base_order(control::ParamReader& read, const ToolService& tools) {
   if (names.size() > kMostFixturePoints)
     read.fail("points", "expected at most " + std::to_string(kMostFixturePoints));
   if (!at && !touched)
-    read.fail(
-        "at",
-        "missing: the tracker has to be told where the points are, roughly; or give touch, the number of "
-        "the tool whose TCP touches them");
+    read.fail("at",
+              "missing: the tracker needs the rough position of each point; or give touch, the number of "
+              "the tool that touches them with its TCP");
   if (at && touched)
     read.fail("at", "the tracker looks for no points that touch asks for: leave out one of both");
   if (at && at->size() != names.size()) read.fail("at", "expected a row for each of the points");

@@ -191,7 +191,7 @@ MethodReply IdentificationService::keep(Request request, CampaignRecord source, 
     co_return std::unexpected(store_unusable(ended.error()));
   }
   const CampaignRecord& record = journal.record();
-  log_info("campaign " + source.id + " was identified anew, as campaign " + record.id);
+  log_info("campaign " + source.id + " was identified again, as campaign " + record.id);
   if (!record.reason.empty()) log_warning(record.reason);
   co_await models_.announce_made(record.model_id, journal.activated(), by);
   const auto& found = result->as<CalibrationResult>();

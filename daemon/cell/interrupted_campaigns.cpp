@@ -82,12 +82,12 @@ std::expected<const InterruptedCampaign*, RpcError> CampaignService::interrupted
 RpcError CampaignService::nothing_paused() const {
   if (interrupted_.empty() || running()) return runner_.wrong_state("no campaign is paused");
   return runner_.wrong_state("no campaign is paused; interrupted: " + described(interrupted_.front()) +
-                             "; give its id to go on with it");
+                             "; give its id to resume it");
 }
 
 RpcError CampaignService::cannot_go_on(const std::string& id, const std::string& why) const {
-  return runner_.wrong_state("campaign " + id + " cannot go on in this cell: " + why +
-                             "; set that right in the cell file, or abort the campaign and start it anew");
+  return runner_.wrong_state("campaign " + id + " cannot resume in this cell: " + why +
+                             "; correct the cell file, or abort the campaign and start it again");
 }
 
 /// Of a base whose points are touched.
@@ -101,8 +101,7 @@ std::expected<BaseOrder, RpcError> CampaignService::touching_order(const KeptOrd
     return std::unexpected(runner_.wrong_state(error.what()));
   }
   const auto by = config::measuring_cell(model.checked->file);
-  if (!by)
-    return std::unexpected(RpcError{ErrorCode::Internal, "model " + kept.model_id + " tells no noise"});
+  if (!by) return std::unexpected(RpcError{ErrorCode::Internal, "model " + kept.model_id + " has no noise"});
   const auto usable = use_model(*by, model.record, order);
   if (!usable) return std::unexpected(runner_.wrong_state(usable.error()));
   return order;
@@ -118,7 +117,7 @@ asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_o
     auto order = kept.tool.value_or(ToolOrder{});
     const auto by = config::measuring_cell(model->checked->file);
     if (!by)
-      co_return std::unexpected(RpcError{ErrorCode::Internal, "model " + kept.model_id + " tells no noise"});
+      co_return std::unexpected(RpcError{ErrorCode::Internal, "model " + kept.model_id + " has no noise"});
     order.by = *by;
     order.model_id = kept.model_id;
     co_return CampaignOrder{std::move(order)};

@@ -18,9 +18,6 @@ using control::RpcError;
 
 namespace {
 
-constexpr const char* kModelFault = "E_MODEL";
-constexpr const char* kToolFault = "E_TOOL";
-constexpr const char* kToolDataFault = "E_TOOL_DATA";
 constexpr const char* kActiveModel = "active model";  // what may be owed to the store
 constexpr std::size_t kModelsRemembered = 8;          // of those that the stream was given
 
@@ -84,10 +81,10 @@ asio::awaitable<StoreResult<void>> ModelService::load_active() {
     if (!*found) co_return StoreResult<void>{};
     const std::string& refused = (*found)->checked.error();
     log_error(refused);
-    runner_.faults().begin({kModelFault, "error", refused});
+    runner_.faults().begin({FaultCode::Model, refused});
     co_return StoreResult<void>{};
   }
-  runner_.faults().end(kModelFault);
+  runner_.faults().end(FaultCode::Model);
   const StoredModel& model = *(*found)->checked;
   active_ = Active{(*found)->record, model.file.cell, config::drift_reference(model.file)};
   give_to_stream(*active_);
@@ -106,7 +103,7 @@ const ModelService::Given& ModelService::given_with_tool(const Active& model) {
   const config::ToolFile* tool = tool_.number ? tools_.of(*tool_.number) : nullptr;
   const LinkMass* load = config::load_of(parts_.config, tool_.number);
   auto arm = config::corrected_arm(parts_.config, model.cell, tool, load, tool_.X);
-  runner_.faults().stand(!arm, {kToolFault, "warning", arm ? "" : arm.error()});
+  runner_.faults().stand(!arm, {FaultCode::Tool, arm ? "" : arm.error()});
   if (!arm && load) arm = config::corrected_arm(parts_.config, model.cell, tool, nullptr, tool_.X);
   tool_.is_measured = tool && arm;
   if (!arm) arm = config::corrected_arm(parts_.config, model.cell, nullptr);
@@ -157,14 +154,14 @@ void ModelService::compare_frame() {
   const config::ToolFile* const tool = tool_.number ? tools_.of(*tool_.number) : nullptr;
   const std::string differs =
       tool && tool_.X && tool_.is_current ? config::other_tool_data(*tool, *tool_.X) : "";
-  runner_.faults().stand(!differs.empty(), {kToolDataFault, "warning", differs});
+  runner_.faults().stand(!differs.empty(), {FaultCode::ToolData, differs});
 }
 
 void ModelService::forget() {
   active_.reset();
   parts_.stream.use_no_model();
-  runner_.faults().end(kModelFault);
-  runner_.faults().end(kToolDataFault);
+  runner_.faults().end(FaultCode::Model);
+  runner_.faults().end(FaultCode::ToolData);
 }
 
 ModelService::Lack ModelService::lacks_model(const std::string& why) {
@@ -179,7 +176,7 @@ RpcError ModelService::refusal(const Lack& lack) const {
 
 std::optional<ModelService::Lack> ModelService::lack() const {
   if (!active_) {
-    const std::string refused = runner_.faults().text(kModelFault);
+    const std::string refused = runner_.faults().text(FaultCode::Model);
     return lacks_model(refused.empty() ? "no model is active" : refused);
   }
   const std::string other = devices_.other_arm("the active model", active_->record.robot_serial);
@@ -194,7 +191,7 @@ std::optional<ModelService::Lack> ModelService::lack_to_correct() const {
     refused = "stream.tool: " + std::to_string(*fixed) +
               " is in no file of tools, has no load, and is no tool in use that a campaign measured";
   if (refused.empty() && tool_.number && tools_.of(*tool_.number) && !tool_.is_measured)
-    refused = runner_.faults().text(kToolFault);
+    refused = runner_.faults().text(FaultCode::Tool);
   if (refused.empty()) return std::nullopt;
   return Lack{
       refused, "activate the arm's tool, or deactivate this one", {"tool.activate", "tool.deactivate"}};
@@ -319,7 +316,7 @@ MethodReply ModelService::make_active(std::string id, std::string by) {
   auto loaded = co_await load_active();
   if (!loaded) co_return std::unexpected(store_unusable(loaded.error()));
   if (!active_) {
-    const std::string refused = runner_.faults().text(kModelFault);
+    const std::string refused = runner_.faults().text(FaultCode::Model);
     co_return std::unexpected(runner_.wrong_state(refused.empty() ? "no model is active" : refused));
   }
   publish("activated", active_->record, by);

@@ -7,12 +7,12 @@ using control::RpcError;
 
 void StoreWatch::failed(const StoreError& error) {
   const FaultText text{"the store cannot be written to, and nothing new is begun: " + error.detail};
-  runner_.faults().stand(true, {kStoreFault, "error", sentence(text, "acknowledge")});
+  runner_.faults().stand(true, {FaultCode::Store, sentence(text, "acknowledge")});
 }
 
 RpcError StoreWatch::refusal() const {
   RpcError refused =
-      runner_.wrong_state(runner_.faults().text(kStoreFault) + " (cell.acknowledge)", runner_.allowed());
+      runner_.wrong_state(runner_.faults().text(FaultCode::Store) + " (cell.acknowledge)", runner_.allowed());
   refused.code = control::ErrorCode::Store;
   return refused;
 }
@@ -37,7 +37,7 @@ asio::awaitable<std::optional<RpcError>> StoreWatch::acknowledge() {
     refused.code = control::ErrorCode::Store;
     co_return refused;
   }
-  runner_.faults().end(kStoreFault);
+  runner_.faults().end(FaultCode::Store);
   co_await pay();
   if (when_usable_) co_await when_usable_();
   co_return std::nullopt;

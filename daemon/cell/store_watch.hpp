@@ -20,7 +20,7 @@ class StoreWatch {
   StoreWatch(const CellParts& parts, CellRunner& runner) : parts_{parts}, runner_{runner} {}
 
   void failed(const StoreError& error);
-  bool failing() const { return runner_.faults().stands(kStoreFault); }
+  bool failing() const { return runner_.faults().stands(FaultCode::Store); }
   /// Why a method is not carried out now.
   control::RpcError refusal() const;
   /// Writes to the store, before something is begun that it has to keep. @return why it cannot be

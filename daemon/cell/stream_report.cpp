@@ -161,7 +161,7 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
            ", but not from the controller (" + config.robot.rsi_peer + "): the last new sender is " +
            text(*refused.foreign) +
            "; if that is the controller's address in the RSI network, give it as robot.rsi_peer and restart "
-           "trueposed, else look where the controller sends to, and stop that sender";
+           "trueposed; else look where the controller sends to, and stop that sender";
   }
   if (is.wrong_ipoc > was.wrong_ipoc || is.unconfirmed > was.unconfirmed)
     return "the controller's packets follow no order: its IPOC does not rise from packet to packet; "

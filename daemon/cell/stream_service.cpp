@@ -118,12 +118,13 @@ MethodReply StreamService::stop(json::object params, std::string by) {
 
 /// The controller does not do what it is sent: what it has in force stays, whatever is sent.
 std::optional<RpcError> StreamService::cannot_ramp_out(const std::string& method) const {
-  if (!runner_.corrects() || !runner_.faults().stands(kFrozenFault)) return std::nullopt;
-  return runner_.wrong_state("the correction cannot be ramped out: " + runner_.faults().text(kFrozenFault) +
-                                 " (cell.acknowledge), then " + method +
-                                 "; or end the robot program on the pendant, and its RSI and the correction "
-                                 "with it",
-                             {"cell.acknowledge"});
+  if (!runner_.corrects() || !runner_.faults().stands(FaultCode::StreamFrozen)) return std::nullopt;
+  return runner_.wrong_state(
+      "the correction cannot be ramped out: " + runner_.faults().text(FaultCode::StreamFrozen) +
+          " (cell.acknowledge), then " + method +
+          "; or end the robot program on the pendant, and its RSI and the correction "
+          "with it",
+      {"cell.acknowledge"});
 }
 
 /// Waits until the correction is. @return why it is not
@@ -237,7 +238,7 @@ asio::awaitable<void> StreamService::watch() {
 /// At once, so that what the fault rules out can be asked for; the realtime thread sees it in its next cycle.
 void StreamService::acknowledge() {
   acknowledged_ = parts_.stream.acknowledge();
-  runner_.faults().end(kFrozenFault);
+  runner_.faults().end(FaultCode::StreamFrozen);
 }
 
 void StreamService::take_events() {
@@ -264,16 +265,16 @@ void StreamService::look() {
   const bool frozen = status.state == StreamState::Frozen;
   const bool clamped = frozen && clamped_axis(status);
   // Seen later than that the axes do not follow: the fault begins once more, with its cause.
-  if (clamped && !clamp_named_) runner_.faults().end(kFrozenFault);
+  if (clamped && !clamp_named_) runner_.faults().end(FaultCode::StreamFrozen);
   clamp_named_ = clamped || (frozen && clamp_named_);
-  runner_.faults().stand(frozen && !over && !acknowledged, {kFrozenFault, "warning", reason(status)});
+  runner_.faults().stand(frozen && !over && !acknowledged, {FaultCode::StreamFrozen, reason(status)});
   if (before != status.state) {
     parts_.events.publish(control::Topic::Stream, json());
     runner_.wake();
   }
   const bool closed = runner_.armed() && known_silent(status);
   if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
-  runner_.faults().stand(now - proven_ >= kUnconfirmed, {"E_STREAM_UNCONFIRMED", "warning", reason(status)});
+  runner_.faults().stand(now - proven_ >= kUnconfirmed, {FaultCode::StreamUnconfirmed, reason(status)});
   compare_modes(status);
   look_at_robot(status);
   look_whose_arm_it_is(status);
@@ -346,7 +347,7 @@ void StreamService::compare_modes(const StreamStatus& status) {
   mode_differs_ = now - modes_agreed_ >= kModesDiffer;
   runner_.faults().stand(
       mode_differs_,
-      {"E_MODE", "warning",
+      {FaultCode::Mode,
        differ ? "RSI says that the operating mode is " + *by_rsi + ", CellState that it is " + told->mode +
                     ": the context sends something else as Tp.Mode. Load the context of this version, and "
                     "look at it with truepose kuka lint"
@@ -368,7 +369,7 @@ void StreamService::look_whose_arm_it_is(const StreamStatus& status) {
   if (armed && !told && known_silent(status)) verified_ = false;
   if (waits_for_serial() && !was_to_wait) parts_.stream.disengage();
   if (!waits_for_serial() && was_to_wait && armed) parts_.stream.arm();
-  runner_.faults().stand(waits_for_serial() && !known_silent(status), {"E_ARM", "warning", why_unverified()});
+  runner_.faults().stand(waits_for_serial() && !known_silent(status), {FaultCode::Arm, why_unverified()});
 }
 
 bool StreamService::waits_for_serial() const {
@@ -378,14 +379,14 @@ bool StreamService::waits_for_serial() const {
 std::string StreamService::why_unverified() const {
   if (!models_.active() || (runner_.armed() ? verified_ : devices_.arm_serial().has_value())) return {};
   const std::string which = "whether the arm is " + models_.active()->record.robot_serial +
-                            ", whose model is active, is not verified: ";
+                            ", the arm of the active model, is not verified: ";
   if (waits_for_serial())
     return which +
            "its controller was away, and its state server (CellState) does not answer; nothing is "
-           "corrected before that tells the serial number";
+           "corrected before it sends the serial number";
   if (!runner_.armed()) return which + "it is not connected";
   return which +
-         "its state server (CellState) tells no serial number, as CellState.xml and truepose_state of this "
+         "its state server (CellState) sends no serial number, as CellState.xml and truepose_state of this "
          "version do; load these, or disarm the stream, connect, which compares it, and arm it again";
 }
 
@@ -403,9 +404,9 @@ void StreamService::look_for_silence(const StreamStatus& status) {
                   "");
   }
   const bool waits = silent && goes_on_by_itself;
-  runner_.faults().stand(waits,
-                         {"E_STREAM_TIMEOUT", "warning",
-                          silence_text(lasts) + "; the correction goes on when it does (rearm: automatic)"});
+  runner_.faults().stand(
+      waits, {FaultCode::StreamTimeout,
+              silence_text(lasts) + "; the correction resumes with the next one (rearm: automatic)"});
   if (runner_.in<Streaming>()) runner_.await(CellDevice::Controller, waits ? "it sends no RSI packet" : "");
 }
 

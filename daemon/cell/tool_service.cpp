@@ -163,7 +163,7 @@ MethodReply ToolService::deactivate(json::object params, std::string) {
   auto used = co_await parts_.store_thread.ask(use);
   if (!used) co_return std::unexpected(store_unusable(used.error()));
   const std::string was = in_use_.extract(number).mapped().campaign_id;
-  log_info("tool " + std::to_string(number) + " is no longer the one that campaign " + was + " measured");
+  log_info("tool " + std::to_string(number) + " is not the one any more that campaign " + was + " measured");
   changed_();
   co_return json::object{{"deactivated", was}};
 }

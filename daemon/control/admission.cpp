@@ -34,7 +34,7 @@ Admission::Known Admission::by_certificate(const control::Certificate& shown) co
     return std::unexpected("the certificate of " + config::in_quotes(shown.name) + " " + fault);
   const control::AccessEntry* const entry = access_.entries().of_certificate(shown.fingerprint);
   if (entry) return caller_of(*entry);
-  return std::unexpected("nobody is known by the certificate " + shown.fingerprint +
+  return std::unexpected("the access list has no client with the certificate " + shown.fingerprint +
                          "; let it in by `truepose access add NAME --certificate FILE`");
 }
 
@@ -61,7 +61,7 @@ bool Admission::refresh() {
   if (!changed) parts_.warn(changed.error());
   parts_.cell.stand(
       !complaint.empty(),
-      {"E_ACCESS", "warning",
+      {FaultCode::Access,
        complaint + "; who was let in before still is, and after a restart the token file alone"});
   return changed.value_or(false);
 }

@@ -68,7 +68,7 @@ std::optional<Commands::Result> answer_again(const json::object* end) {
   const auto unknown = [](const char* what) {
     return std::unexpected(
         RpcError{ErrorCode::InvalidParams,
-                 std::string{"params.command_id: the daemon was started anew since it came first: "} + what +
+                 std::string{"params.command_id: the daemon was restarted since it came first: "} + what +
                      "; see cell.status, and give what is still to be done another command_id",
                  "params.command_id"});
   };
@@ -163,7 +163,7 @@ void Commands::cannot_write(const std::string& why) {
 void Commands::show_audit_fault(const std::string& fault) {
   parts_.cell.stand(
       !fault.empty(),
-      {"E_AUDIT", "error",
+      {FaultCode::Audit,
        "the audit trail is not what was written: " + fault +
            "; find out who did that, then acknowledge it: truepose audit acknowledge --name NAME"});
 }
@@ -275,8 +275,8 @@ asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act
   const auto asked = co_await write_down(std::move(command), must_be_on_record);
   if (!asked)
     co_return Outcome{std::unexpected(RpcError{
-        ErrorCode::Store,
-        "not done, since it cannot be put on record: " + asked.error() + ", then cell.acknowledge"})};
+        ErrorCode::Store, "not carried out, since the audit log cannot be written: " + asked.error() +
+                              ", then cell.acknowledge"})};
 
   auto acting = act();
   Result result = co_await std::move(acting);

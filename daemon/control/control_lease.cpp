@@ -75,7 +75,7 @@ std::optional<ControlLease::Loss> ControlLease::lost(TimePoint now,
   const Holder last = *std::exchange(holder_, std::nullopt);
   const std::string& name = last.who.name;
   if (!known) return Loss{name, "the access of " + name + ", who had control, was changed or revoked"};
-  if (last.end() == last.until) return Loss{name, name + " no longer renews its control"};
+  if (last.end() == last.until) return Loss{name, name + " has not renewed its control"};
   return Loss{name, "the last connection of " + name + ", who had control, ended " +
                         std::to_string(kUnconnected.count()) + " s ago"};
 }

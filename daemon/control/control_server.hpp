@@ -19,6 +19,7 @@
 #include "config/cell_config.hpp"
 #include "daemon/control/caller.hpp"
 #include "daemon/control/event_bus.hpp"
+#include "daemon/fault_kinds.hpp"
 #include "daemon/threads/worker.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/start_failure.hpp"
@@ -49,13 +50,8 @@ class CellService {
   /// all the same.
   virtual void unrecorded(const std::string& /*why*/) {}
 
-  /// A fault of the server's stands from now on, or no longer.
-  struct ServerFault {
-    const char* code;
-    const char* severity;  ///< "warning" or "error"
-    std::string text;      ///< one sentence
-  };
-  virtual void stand(bool /*stands*/, const ServerFault& /*fault*/) {}
+  /// A fault of the server's begins, or ends.
+  virtual void stand(bool /*stands*/, const Fault& /*fault*/) {}
 
   /// Carries out one call, on the io thread. It may take long: other connections are served meanwhile, and
   /// calls of several connections overlap. A client that goes away does not cancel its call; the server's

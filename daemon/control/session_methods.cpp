@@ -297,7 +297,7 @@ asio::awaitable<StoreResult<std::vector<EventGap>>> Session::gaps_behind(std::ui
   const EventBus& events = context_->parts.events;
   const std::uint64_t first = last_seen + 1, oldest = events.oldest_seq();
   if (first >= oldest) co_return std::vector<EventGap>{};
-  if (!events.archive()) co_return std::vector{EventGap{first, oldest - 1, "no longer kept"}};
+  if (!events.archive()) co_return std::vector{EventGap{first, oldest - 1, "not kept any more"}};
   auto job = [archive = events.archive(), first, oldest] { return archive->event_gaps(first, oldest); };
   auto gaps = co_await context_->parts.worker.ask(job);
   const std::vector<EventGap> not_yet_told = events.unwritten(0).gaps;

@@ -22,7 +22,7 @@ std::optional<std::string> why_unfit(const rsi::EthernetConfig& ethernet) {
   if (!ethernet.sends("ASPos") && !ethernet.sends("AIPos"))
     return "the RSI configuration sends neither DEF_ASPos nor DEF_AIPos: the commanded axes are unknown";
   if (!ethernet.sends("Delay"))
-    return "the RSI configuration does not send DEF_Delay: a reply that was lost could not be told from one "
+    return "the RSI configuration does not send DEF_Delay: a lost reply would look like one "
            "that was taken, and the next would be a jump; add it to the SEND list";
   return std::nullopt;
 }

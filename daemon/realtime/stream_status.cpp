@@ -29,10 +29,10 @@ FaultText text_of(StreamFault fault, const FaultDetail& detail) {
           "the axes do not follow the correction: " + axis(detail) + " is sent " + deg(detail.limit) +
               " and AIPos - ASPos shows " + formatted("%.2f", detail.value) + " +- " +
               formatted("%.2f", detail.uncertain) + " deg" +
-              "; the robot program is stopped or not at RSI_MOVECORR, or the ethernet configuration on "
-              "the controller only sends (ONLYSEND) or has another name for the correction than the one that "
-              "truepose reads (stream.ethernet_xml), or the RSI context does not lead it to AXISCORR",
-          "put that right"};
+              "; the robot program is stopped or not at RSI_MOVECORR; or the ethernet configuration on the "
+              "controller only sends (ONLYSEND), or has another name for the correction than stream.ethernet_xml; "
+              "or the RSI context does not lead it to AXISCORR",
+          "correct that one"};
     case StreamFault::BoundBroken:
       return {"the model asked for more than the correction bounds allow for too long: " + axis(detail) +
                   " by " + deg(detail.value) + ", where the bound is " + deg(detail.limit),
@@ -55,8 +55,8 @@ FaultText text_of(StreamFault fault, const FaultDetail& detail) {
                        ? ""
                        : ", and its address sent from port " + std::to_string(detail.ports[0]) +
                              ", and within a second from port " + std::to_string(detail.ports[1])),
-              "set stream.cycle_ms to the cycle in which the program starts RSI (4 for #IPO_FAST, 12 for "
-              "#IPO) and restart trueposed, or start RSI in the other" +
+              "set stream.cycle_ms to the cycle of the program's RSI_ON (4 for #IPO_FAST, 12 for #IPO) and "
+              "restart trueposed, or start RSI in the other" +
                   std::string{detail.ports[0] == 0 ? "" : ", or end the second program that sends there"}};
     case StreamFault::NotSent: {
       const std::string element{detail.element};
@@ -157,13 +157,13 @@ FaultText fault_text(const StreamStatus& status) {
 
 std::string reason(const StreamStatus& status) {
   if (status.state == StreamState::Unproven && status.peer_waits)
-    return "the sender repeats its frame until it is answered, as simulators do, and a correction may be in force there: "
-           "start it again, so that its IPOC begins with 0";
+    return "the sender repeats its frame until it is answered, as simulators do, and may have a correction in effect: "
+           "start it again, with an IPOC that begins at 0";
   if (status.state == StreamState::Unproven)
-    return "what correction the controller has in force is not known, and any answer could be a jump: it is "
+    return "the correction in effect at the controller is not known, and any answer could be a jump: it is "
            "answered as soon as the arm stands, or has a new session and no correction";
   if (status.fault != StreamFault::None) return sentence(fault_text(status), "acknowledge");
-  if (status.program_stopped) return "the robot program is stopped: the correction is held until it goes on";
+  if (status.program_stopped) return "the robot program is stopped: the correction is held until it resumes";
   if (status.program_declines && status.state == StreamState::Idle)
     return "the robot program does not ask to be corrected (Tp.Ask is 0): TP_BEGIN() does, or $SEN_PINT[1]=1";
   return "";
@@ -183,7 +183,7 @@ std::string describe(const StreamEvent& event) {
       return "the controller began a session at IPOC " + std::to_string(event.value) + " from " +
              text(event.source);
     case StreamEventKind::SessionProven:
-      return "the correction that the controller has in force is known" + at + ": at most " +
+      return "the correction in effect at the controller is known" + at + ": at most " +
              degrees(event.value) + " on an axis";
     case StreamEventKind::StateChanged: {
       const std::string why = reason({.state = event.state, .fault = event.fault, .detail = event.detail});
@@ -200,7 +200,7 @@ std::string describe(const StreamEvent& event) {
     case StreamEventKind::RepliesLate:
       return "the controller counted " + counted(event.value, "late reply", "late replies") + at;
     case StreamEventKind::ModelChanged:
-      return event.value == 0 ? "no model is in force" : "another model is in force";
+      return event.value == 0 ? "no model is in use" : "another model is in use";
     case StreamEventKind::Foreign:
       return "packets of " + text(event.source) +
              " are dropped: the controller is expected at robot.rsi_peer (left out: the host of "
@@ -208,7 +208,7 @@ std::string describe(const StreamEvent& event) {
              "RSI network, give it as robot.rsi_peer, else stop that sender";
     case StreamEventKind::Disarmed:
       return "the controller was silent for " + std::to_string(event.value) +
-             " ms: the correction is ramped out until the stream is started anew";
+             " ms: the correction is ramped out until the stream is started again";
   }
   return {};
 }
@@ -263,7 +263,7 @@ void StreamLog::pass(std::uint64_t dropped, drivers::TimePoint now) {
   for (std::size_t i = 0; i < silences_.size(); ++i) end_silence(static_cast<StreamEventKind>(i), now);
   if (dropped > dropped_) {
     say_(LogLevel::Warning,
-         "stream: " + counted(dropped - dropped_, "event", "events") + " came too fast to be told");
+         "stream: " + counted(dropped - dropped_, "event", "events") + " came too fast and were dropped");
     dropped_ = dropped;
   }
 }

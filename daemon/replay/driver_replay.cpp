@@ -15,7 +15,7 @@ using recording::Record;
 
 namespace {
 
-constexpr const char* kNotYetKnown = "made before the recording tells how the driver stood";
+constexpr const char* kNotYetKnown = "made before the recording has the driver's state";
 constexpr const char* kMissing = "made after records that are missing";
 constexpr const char* kCancelled = "cancelled by who had made it";
 constexpr const char* kUnended = "under way when the recording ends";

@@ -181,7 +181,7 @@ void DriverRun::cancel(std::uint64_t number) {
 }
 
 ToldAir DriverRun::tell_air() {
-  if (air_.empty()) return std::unexpected("the recording tells no more of the air");
+  if (air_.empty()) return std::unexpected("the recording has no more air readings");
   auto told = read_air(script_.steps()[air_.front()].record->bytes);
   if (!told) return std::unexpected(told.error());
   return *std::move(told);

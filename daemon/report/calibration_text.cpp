@@ -158,7 +158,7 @@ std::string findings(const ReportDocument& document) {
   text += far_lines("Points to identify that were left out", document.rejected) +
           far_lines("Validation points beyond six sigma", document.validation_outliers);
   if (const auto& told = document.observability) {
-    text += sentence_lines("What the poses cannot tell", told->not_identifiable) +
+    text += sentence_lines("Not identifiable from these poses", told->not_identifiable) +
             sentence_lines("What the data sheet knows better", told->weakly_identifiable);
   }
   if (const std::string prior = prior_text(document); !prior.empty()) text += "\n" + prior + "\n";
@@ -243,8 +243,8 @@ std::string prior_text(const ReportDocument& document) {
     mostly += p.data_share < 0.5;
   }
   std::string text = fmt::format(
-      "The poses do not show all link errors well, so these were taken as small ({} mm, {} deg, one standard "
-      "deviation) before they were measured.",
+      "The poses do not show all link errors well. These were taken as small before they were measured: {} mm, {} deg, "
+      "one standard deviation.",
       sigma_text(document.prior->scale.length_mm), sigma_text(document.prior->scale.angle_rad * kDegPerRad));
   if (links > 0) {
     text += fmt::format(

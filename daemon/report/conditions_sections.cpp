@@ -195,7 +195,7 @@ std::string stream_section(const ReportDocument& document) {
           {{"Cycles", fmt::format("{}", stream.cycles)},
            {"Answered", of_cycles(stream.answered)},
            {"Late", of_cycles(stream.late)},
-           {"Not answered: at the start of sessions, until known what is in force",
+           {"Not answered: at the start of sessions, until the correction in effect is known",
             of_cycles(stream.unconfirmed)},
            {"Not answered: out of order by their IPOC", of_cycles(stream.wrong_ipoc)},
            {"Largest step of the correction in one cycle", fmt::format("{:.4g} deg", stream.max_step_deg)},

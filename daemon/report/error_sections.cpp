@@ -126,7 +126,7 @@ std::string set_section(const ReportDocument& document, PoseSet set, std::string
   return section(title,
                  note(fmt::format("{} Errors are predicted minus measured, in the tracker's frame.", lead)) +
                      four_charts(points, stages, needs_log(stages)) +
-                     fmt::format("<h3>What remains after the calibration, enlarged{}</h3>\n",
+                     fmt::format("<h3>Residuals after the calibration, enlarged{}</h3>\n",
                                  limit > 0 ? "; what is beyond the scale lies on its edge" : "") +
                      four_charts(points, remaining, false, limit),
                  "points");

@@ -135,7 +135,7 @@ std::string iso9283_section(const boost::json::object& json) {
   html += note(fmt::format("{} Lengths in mm, angles in degrees.", frame_sentence(read->frame)));
   if (!read->missing.empty()) {
     html += fmt::format(
-        "<p class=\"caution\">No cycle came to {}, of which these figures do not hold: the standard asks for 30 "
+        "<p class=\"caution\">No cycle came to {}: these figures do not hold there, as the standard asks for 30 "
         "cycles at every commanded pose, and they do not comply.</p>\n",
         xml::escaped(fmt::format("{}", fmt::join(read->missing, ", "))));
   } else if (!read->complete) {

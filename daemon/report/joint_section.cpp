@@ -188,7 +188,7 @@ std::string joint_section(const ReportDocument& document) {
       "moves the reflector is left out.",
       document.judging_name());
   return section(
-      "What is left, joint by joint",
+      "Residuals, joint by joint",
       note(lead) + fmt::format("<p class=\"key-line\">{}</p>\n", keys) + charts(svgs, "charts three"),
       "whole");
 }

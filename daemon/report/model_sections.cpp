@@ -246,7 +246,7 @@ std::string layer_section(const ReportDocument& document) {
     add_choices(table, deviation->tried, group_text);
   }
   if (document.residual_layers) {
-    table.group("Field over what is left, cross-validated");
+    table.group("Field of the residuals, cross-validated");
     add_choices(table, document.residual_layers->tried, field_text);
   }
   return section(
@@ -274,7 +274,7 @@ std::string parameters_section(const ReportDocument& document) {
   }
   if (shown.truth) {
     notes += note(
-        "This arm is simulated, so its true values stand beside. A single value may well differ from the "
+        "This arm is simulated: the last column has its true values. A single value may well differ from the "
         "truth by more than its σ: only combinations of parameters that the positions determine can be "
         "compared. The fair comparison is of predictions, that is the validation error above.");
   }
@@ -286,8 +286,8 @@ std::string unknown_section(const ReportDocument& document) {
   const auto& told = document.observability;
   if (!told && prior.empty()) return "";
   return section(
-      "What the data cannot tell",
-      (told ? sentence_list("Open, whatever the tracker's noise", escaped_all(told->not_identifiable)) +
+      "Not identifiable from the data",
+      (told ? sentence_list("Not identifiable, with any tracker", escaped_all(told->not_identifiable)) +
                   sentence_list("Seen, but known less well than from the data sheet",
                                 escaped_all(told->weakly_identifiable))
             : "") +

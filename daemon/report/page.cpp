@@ -156,11 +156,10 @@ std::string raw_data_section(const std::vector<EmbeddedFile>& files) {
                     xml::escaped(file.name), file.type, base64(file.content),
                     std::max(1.0, static_cast<double>(file.content.size()) / 1000), file.about);
   }
-  return section(
-      "Raw data",
-      note("This page carries what it was made from, so that every figure can be computed again.") +
-          fmt::format("<ul class=\"files\">\n{}</ul>\n", links),
-      "whole raw");
+  return section("Raw data",
+                 note("This page carries its input files: every figure can be computed again.") +
+                     fmt::format("<ul class=\"files\">\n{}</ul>\n", links),
+                 "whole raw");
 }
 
 }  // namespace truepose::report

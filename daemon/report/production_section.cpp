@@ -366,9 +366,9 @@ std::string production_section(const record::Production& production) {
       title,
       verdict +
           note(
-              "At the points: from where the data sheet's arm would have the reflector. Along the path: from its nearest place, so "
-              "that the time by which drives lag is no error, though what they cut off curves is. Only where all of "
-              "the correction was in force; without it: the same arm, its axes at the set points, so nothing cut off. "
+              "At the points: from where the data sheet's arm would have the reflector. Along the path: from its nearest place. "
+              "The drives' lag in time is then no error, but the curves that they cut off are. Only where all of "
+              "the correction was in effect; without it: the same arm, its axes at the set points, so nothing cut off. "
               "In mm, the robot's base frame.") +
           note(path_text(production)) + figures_table(production.accuracy) + drawings(path) +
           charts(path_chart(path) + point_chart(path)),

@@ -81,10 +81,10 @@ std::string failed_reason(std::string_view kind) {
 }  // namespace
 
 std::string_view why_anew(std::string_view kind) {
-  if (kind == "iso9283") return "a test by ISO 9283 is one series of cycles without a break: start it anew";
-  if (kind == "drift") return "a drift check asks how the arm is now, in a few minutes: start it anew";
+  if (kind == "iso9283") return "a test by ISO 9283 is one series of cycles without a break: start it again";
+  if (kind == "drift") return "a drift check asks how the arm is now, in a few minutes: start it again";
   if (kind == "base")
-    return "a fixture is read in a few minutes, in which it has to stand still: start it anew";
+    return "a fixture is read in a few minutes, in which it has to stand still: start it again";
   return {};
 }
 
@@ -225,7 +225,7 @@ StoreResult<void> CampaignPlans::add_resumption(const std::string& campaign_id,
       "(SELECT 1 FROM resumption WHERE campaign_id=?1 AND interrupted=?2 AND resumed=?3)");
   insert.bind(campaign_id).bind(resumption.interrupted).bind(resumption.resumed).bind(resumption.found);
   insert.bind(pose_text(resumption.X_first_now));
-  return sqlite::commit(*database_, "storing that campaign " + campaign_id + " goes on", {&insert});
+  return sqlite::commit(*database_, "storing that campaign " + campaign_id + " resumes", {&insert});
 }
 
 StoreResult<std::vector<Resumption>> CampaignPlans::resumptions(const std::string& campaign_id) {

@@ -135,8 +135,8 @@ StoreResult<void> Database::in_place() const {
   if (opened_ == identity_of(file_)) return {};
   return std::unexpected(StoreError{
       file_ +
-          ": is no longer the file that the daemon opened, it was deleted, moved away or replaced: put it back, or "
-          "save what the daemon still reads of it (truepose backup) and start the daemon anew with what is there",
+          ": is another file than the daemon opened: that was deleted, moved away or replaced. Put it back, or "
+          "save what the daemon still reads of it (truepose backup) and restart the daemon with what is there",
       true});
 }
 

@@ -250,7 +250,7 @@ StoreResult<void> Store::begin_new_life(std::uint64_t beyond) {
   Statement disarm = impl_->database->prepare("DELETE FROM armed");
   Statement number = impl_->database->prepare("UPDATE event_number SET last=max(last, ?)");
   number.bind(static_cast<std::int64_t>(beyond));
-  return impl_->commit("beginning anew with a copy", {&disarm, &number});
+  return impl_->commit("starting with a copy", {&disarm, &number});
 }
 
 StoreResult<std::uint64_t> Store::last_event_number() {

@@ -102,7 +102,7 @@ TrackerTask<bridge::FromBridge> BridgeConnection::next_before(TimePoint deadline
   const bool dead = clock.now() < deadline;
   close();
   co_return std::unexpected(TrackerError{
-      TrackerFault::Timeout, dead ? "the bridge is connected and gives no sign of life: restart it"
+      TrackerFault::Timeout, dead ? "the bridge is connected and does not answer its heartbeat: restart it"
                                   : "the tracker is connected and did not answer in its time"});
 }
 

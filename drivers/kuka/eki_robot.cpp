@@ -35,7 +35,7 @@ std::string reason(int error) {
     case eki::AckError::UnknownType:
       return "the robot program does not know this command";
     case eki::AckError::Stopped:
-      return "a stop is in force";
+      return "a stop is active";
     case eki::AckError::NotInPosition:
       return "the axes did not reach the target";
     case eki::AckError::LinkLost:
@@ -353,7 +353,7 @@ asio::awaitable<std::expected<void, RobotError>> KukaEkiRobot::stop(TimePoint de
   while (state && (state->moving || !state->in_position)) {
     if (clock_.now() >= deadline) {
       co_return std::unexpected(
-          RobotError{RobotFault::Timeout, "the arm has been told to stop and still moves"});
+          RobotError{RobotFault::Timeout, "the arm still moves after the order to stop"});
     }
     co_await clock_.sleep_until(std::min(clock_.now() + kStandstillPoll, deadline));
     state = co_await control(eki::ControlOp::AskState, deadline);

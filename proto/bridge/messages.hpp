@@ -278,7 +278,7 @@ void layout(auto& io, Is<Status> auto& x) {
 }
 void check(const auto& io, const Status& x) {
   const bool silent = x.state == State::WarmingUp || x.state == State::NotReady;
-  if (silent && x.why.empty()) io.place().fail("missing key 'why' beside this state");
+  if (silent && x.why.empty()) io.place().fail("missing key 'why' with this state");
 }
 void layout(auto& io, Is<SetReflector> auto& x) { io("name", x.name); }
 /// Not bounded: what cannot be is told with what to do about it (drivers/plausible_point).

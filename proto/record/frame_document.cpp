@@ -67,7 +67,7 @@ std::string told_by_orientations(const FrameReadings& data, const RobotModel& ro
 std::string told_by_shift(const std::optional<BaseShift>& shift) {
   constexpr double kLittle_mm = 0.5;
   if (!shift)
-    return "The readings do not tell whether base or tracker have moved since the model was made: check the drift "
+    return "The readings do not show whether base or tracker have moved since the model was made: check the drift "
            "before the reflector is moved.";
   if (shift->unseen_mm() < kLittle_mm) return {};
   return formatted(
@@ -81,7 +81,7 @@ std::string told_by_scatter(const std::optional<double>& sigma0) {
   constexpr double kFar = 5;
   if (!sigma0 || *sigma0 < kFar) return {};
   return formatted(
-      "The readings scatter %.0f times as far as their noise, so that the arm is not what its model has it to be: check "
+      "The readings scatter %.0f times as far as their noise, so the arm differs from its model: check "
       "the drift, or calibrate it with reflectors at several places of the flange.",
       *sigma0);
 }
@@ -116,7 +116,7 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
                            frame.shift->is_real()};
   if (by.covariance.size() == 0)
     document.notes.push_back(
-        "The model tells no covariance, so that sigma is of the readings alone; calibrate again to have it.");
+        "The model has no covariance, so sigma is of the readings alone; calibrate again to have it.");
   if (!frame.is_orientation_known)
     document.notes.push_back("A, B, C were not measured, but taken as given (--orientation).");
   if (kind == FrameKind::Tool)
@@ -171,8 +171,8 @@ std::string why_not_usable(const FrameDocument& document) {
   std::string rows;
   for (const int row : document.outliers) rows += (rows.empty() ? "row " : ", ") + std::to_string(row);
   return rows +
-         ": more than five standard deviations from where the other rows say; measure again, or leave out what "
-         "slipped";
+         ": more than five standard deviations from where the other rows say; measure again, or leave the row "
+         "out";
 }
 
 }  // namespace truepose::record

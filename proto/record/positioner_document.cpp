@@ -89,16 +89,14 @@ PositionerDocument positioner_document_of(int number, const PositionerRoot& root
                               .krl = krl::frame_statement("MACHINE_DEF", number, X_told, ".ROOT")};
   if (table.cell.robot.joint_count() == 1)
     document.notes.push_back(
-        std::string(
-            "How the root is turned about the axis, and where along it it lies, no reading tells: it is ") +
+        std::string("No reading shows the root's turn about the axis and its place along it: it is ") +
         (X_given ? "as --root has it."
                  : "as near to the robot's base as may be; --root says where the controller has it."));
   if (X_given)
     if (const std::string note = told_by_distance(X_told, *X_given); !note.empty())
       document.notes.push_back(note);
   if (arm.covariance.size() == 0 || table.covariance.size() == 0)
-    document.notes.push_back(
-        "A model tells no covariance, so that sigma is too small; calibrate again to have it.");
+    document.notes.push_back("A model has no covariance, so sigma is too small; calibrate again to have it.");
   return document;
 }
 

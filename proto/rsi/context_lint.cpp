@@ -208,7 +208,7 @@ class ContextLint {
       const int leaves = number_of("STOP", "Mode", kExitMoveCorr);
       if (number(&object, "STOP", "Mode") != leaves) {
         say(object.id + ": Mode must be " + std::to_string(leaves) +
-            " (ExitMoveCorr), so that the Stop bit leaves RSI_MOVECORR and does "
+            " (ExitMoveCorr): the Stop bit then leaves RSI_MOVECORR and does "
             "nothing else");
       }
       return;

@@ -222,7 +222,7 @@ std::vector<std::string> lint(const EthernetConfig& config) {
   }
   if (!config.sends("ASPos")) {
     warnings.emplace_back(
-        "SEND has no DEF_ASPos: the commanded axes must be guessed from AIPos less the correction in force");
+        "SEND has no DEF_ASPos: the commanded axes must be guessed from AIPos less the correction in effect");
   }
   if (!config.sends("AIPos")) {
     warnings.emplace_back("SEND has no DEF_AIPos: whether the arm follows the correction cannot be seen");

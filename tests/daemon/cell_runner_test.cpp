@@ -8,6 +8,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 
+#include "config/text_file.hpp"
 #include "drivers/mock/virtual_clock.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/control/request.hpp"
@@ -19,6 +20,7 @@ namespace asio = boost::asio;
 namespace json = boost::json;
 using namespace std::chrono_literals;
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 
 struct CellRunnerTest : testing::Test {
@@ -96,10 +98,10 @@ TEST_F(CellRunnerTest, HasTheCommandsOfAStepCarriedOutInTheirOrder) {
 TEST_F(CellRunnerTest, AFaultStandsUntilItIsAcknowledged) {
   runner.apply(ConnectRequested{}, "");
   runner.apply(ConnectFailed{{"robot: gone", "look at its cable"}}, "");
-  EXPECT_TRUE(runner.faults().stands("E_CELL"));
+  EXPECT_TRUE(runner.faults().stands(FaultCode::Cell));
   EXPECT_EQ(runner.reason(), "robot: gone; look at its cable, then acknowledge the fault and connect");
   EXPECT_FALSE(runner.apply(AcknowledgeRequested{}, "acknowledged"));
-  EXPECT_FALSE(runner.faults().stands("E_CELL"));
+  EXPECT_FALSE(runner.faults().stands(FaultCode::Cell));
   const auto faults = told(control::Topic::Fault);
   ASSERT_EQ(faults.size(), 2U);
   EXPECT_EQ(faults[0].at("active"), true);
@@ -108,9 +110,10 @@ TEST_F(CellRunnerTest, AFaultStandsUntilItIsAcknowledged) {
 }
 
 TEST_F(CellRunnerTest, AllowsToAcknowledgeAStoreThatFailsInEveryState) {
-  runner.faults().begin({kStoreFault, "error", "store: disk full"});
+  runner.faults().begin({FaultCode::Store, "store: disk full"});
   EXPECT_THAT(runner.allowed(), testing::Contains("cell.acknowledge"));
-  runner.faults().end(kStoreFault);
+  EXPECT_EQ(runner.next(), "Make room, then acknowledge and resume.");
+  runner.faults().end(FaultCode::Store);
   EXPECT_THAT(runner.allowed(), testing::Not(testing::Contains("cell.acknowledge")));
 }
 
@@ -210,16 +213,29 @@ TEST_F(CellRunnerTest, TellsOfALossThatEndsBeforeTheCampaignPauses) {
 
 TEST_F(CellRunnerTest, KeepsOneFaultOfACodeAndListsThemByIt) {
   StandingFaults& faults = runner.faults();
-  faults.stand(true, {"E_TRACKER", "warning", "gone"});
-  faults.stand(true, {"E_TRACKER", "warning", "gone for longer"});
-  faults.begin({"E_MODEL", "error", "refused"});
+  faults.stand(true, {FaultCode::Tracker, "gone"});
+  faults.stand(true, {FaultCode::Tracker, "gone for longer"});
+  faults.begin({FaultCode::Model, "refused"});
   EXPECT_EQ(faults.json().at(0).at("code"), "E_MODEL");
-  EXPECT_EQ(faults.text("E_TRACKER"), "gone");
-  EXPECT_EQ(faults.text("E_CELL"), "");
-  faults.stand(false, {"E_TRACKER", "warning", ""});
-  faults.end("E_MODEL");
+  EXPECT_EQ(faults.text(FaultCode::Tracker), "gone");
+  EXPECT_EQ(faults.text(FaultCode::Cell), "");
+  faults.stand(false, {FaultCode::Tracker, ""});
+  faults.end(FaultCode::Model);
   EXPECT_THAT(faults.json(), IsEmpty());
   EXPECT_EQ(told(control::Topic::Fault).size(), 4U);
+}
+
+TEST(FaultKinds, StandInTheTableOfThePage) {
+  std::string page = config::read_text_file(std::filesystem::path{TRUEPOSE_SOURCE_DIR} / "docs/operate.md");
+  std::erase(page, '`');
+  std::string_view before;
+  for (const FaultKind& kind : kFaultKinds) {
+    EXPECT_LT(before, kind.code);
+    before = kind.code;
+    const std::string row = "\n| " + std::string{kind.code} + " | " + std::string{kind.meaning} + " | " +
+                            std::string{kind.what_to_do};
+    EXPECT_THAT(page, HasSubstr(row));
+  }
 }
 
 }  // namespace

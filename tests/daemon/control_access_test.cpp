@@ -32,9 +32,10 @@ class WillingCell : public CellService {
   asio::awaitable<std::expected<json::value, control::RpcError>> pause(std::string, std::string) override {
     co_return json::object{};
   }
-  void stand(bool stands, const ServerFault& fault) override {
-    standing.erase(fault.code);
-    if (stands) standing[fault.code] = fault.text;
+  void stand(bool stands, const Fault& fault) override {
+    const std::string code{kind_of(fault.code).code};
+    standing.erase(code);
+    if (stands) standing[code] = fault.text;
   }
   std::map<std::string, std::string> standing;
 };

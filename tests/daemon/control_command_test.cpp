@@ -46,9 +46,10 @@ class CountingCell : public CellService {
     co_return json::object{};
   }
   void unrecorded(const std::string& why) override { whys.push_back(why); }
-  void stand(bool stands, const ServerFault& fault) override {
-    standing.erase(fault.code);
-    if (stands) standing[fault.code] = fault.text;
+  void stand(bool stands, const Fault& fault) override {
+    const std::string code{kind_of(fault.code).code};
+    standing.erase(code);
+    if (stands) standing[code] = fault.text;
   }
   std::vector<std::string> calls, callers, whys;
   std::map<std::string, std::string> standing;

@@ -43,7 +43,7 @@ std::string readings_text(const FrameDocument& told) {
 
 std::string scatter_text(const FrameDocument& told) {
   if (!told.sigma0)
-    return "No reading is spare, so that nothing checks them: measure each point more than once.\n";
+    return "No reading is redundant, so the readings are not checked: measure each point more than once.\n";
   double sum = 0;
   for (const FrameDocument::Reading& reading : told.readings) sum += reading.error_mm * reading.error_mm;
   return formatted("Readings: %.4f mm (RMS) from where all together say, %.1f times their noise.\n",

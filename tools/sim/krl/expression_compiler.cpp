@@ -31,7 +31,7 @@ Type ExpressionCompiler::value(const Expression& expression) {
     case ExpressionKind::Constant:
       return constant(expression.token);
     case ExpressionKind::Literal:
-      scope_.fail("nothing tells of which enumeration #" + expression.token.text + " is");
+      scope_.fail("the enumeration is not known of #" + expression.token.text);
     case ExpressionKind::Name:
     case ExpressionKind::Element:
     case ExpressionKind::Whole:
@@ -49,7 +49,7 @@ Type ExpressionCompiler::value(const Expression& expression) {
       break;
   }
   const auto type = scope_.types().find(expression.token.text);
-  if (!type || type->kind != Kind::Structure) scope_.fail("nothing tells of which structure {...} is");
+  if (!type || type->kind != Kind::Structure) scope_.fail("the structure of {...} is not known");
   return aggregate(expression, *type);
 }
 

@@ -135,8 +135,7 @@ void Interpreter::resume() {
   Frame& target = frames_[*level];
   const Instruction& call = program_.code[target.at - 1];
   const bool is_dropped = call.b != 0 && program_.code[target.at].op == Op::Drop;
-  if (call.b != 0 && !is_dropped)
-    throw Fault{.what = "RESUME would come back into the middle of an expression"};
+  if (call.b != 0 && !is_dropped) throw Fault{.what = "RESUME would return into the middle of an expression"};
   if (is_dropped) ++target.at;
   while (frames_.size() > *level + 1) pop_frame();
   if (kind_ == InterpreterKind::Submit) return;

@@ -30,7 +30,7 @@ Findings check_findings(const std::string& file, const std::vector<daemon::Check
     const Level level = level_of(one.level);
     findings.push_back(
         {"cell file", level, one.text,
-         level == Level::Ok ? "" : "mend it, and run: trueposed --config " + file + " --check"});
+         level == Level::Ok ? "" : "correct it, and run: trueposed --config " + file + " --check"});
   }
   return findings;
 }

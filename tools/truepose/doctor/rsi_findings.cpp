@@ -58,7 +58,7 @@ class SenderFindings {
 
   std::string load_ours() const {
     return "load " + cell_.stream.ethernet_xml.string() +
-           " on the controller, and start its RSI program anew";
+           " on the controller, and start its RSI program again";
   }
 
   void look_at_address() {
@@ -227,7 +227,7 @@ Finding silence_finding(const config::CellConfig& cell, const Observations& seen
   if (came > 0) finding += " (" + std::to_string(came) + " came)";
   if (!seen.rsi.seen && seen.rsi.unclaimed > 0)
     finding += "; " + std::to_string(seen.rsi.unclaimed) +
-               " UDP packets came to ports that nobody has: as root, truepose doctor tells which";
+               " UDP packets came to ports without a program: as root, truepose doctor names them";
   return {"rsi", controller_answers(seen) ? Level::Warning : Level::Fault, finding,
           "start the program on the controller: it must have come to RSI_ON; where the pendant shows "
           "RSITimeout it has, and IP_NUMBER or PORT there, or the controller's RSI network, are others",

@@ -77,7 +77,7 @@ Findings stream_findings(const config::CellConfig& cell, const json::value& stat
     findings.push_back({"rsi", Level::Fault, refused,
                         foreign ? "give the controller's address as robot.rsi_peer, or stop that sender"
                                 : "load " + cell.stream.ethernet_xml.string() +
-                                      " on the controller, and start its RSI program anew"});
+                                      " on the controller, and start its RSI program again"});
   }
   const std::vector<Finding> late = late_findings(stream);
   findings.insert(findings.end(), late.begin(), late.end());

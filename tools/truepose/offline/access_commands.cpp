@@ -139,7 +139,7 @@ Command access_add_command() {
   Option name = name_option(c);
   name.rules.check = Check{"", control::access_name_fault};
   return {.name = "access add",
-          .help = "Lets somebody in: prints a token for it, or takes its certificate",
+          .help = "Gives a client access: prints a token for it, or takes its certificate",
           .options = {name,
                       Option("--role", &c.role, "What it may do",
                              {.required = true, .check = member_of(role_names())}),
@@ -161,7 +161,7 @@ Command access_list_command() {
 Command access_revoke_command() {
   const auto command = std::make_shared<AccessCommand>();
   return {.name = "access revoke",
-          .help = "Lets somebody in no more; a daemon that runs closes its sessions within 2 s",
+          .help = "Revokes a client's access; a daemon that runs closes its sessions within 2 s",
           .options = {name_option(*command), cell_option(*command)},
           .run = [command] { return run_revoke(*command); }};
 }

@@ -47,8 +47,8 @@ namespace {
 void tell_doubts(const config::ModelFile& model, const std::filesystem::path& file) {
   if (model.sha256.empty())
     say_beside(file.string() +
-               ": it carries no hash: written before models had one, or cut off: nobody can tell whether "
-               "it was changed; identify again to be sure");
+               ": it carries no hash: written before models had one, or cut off: whether it was "
+               "changed is not known; identify again to be sure");
   tell_failed_verdict(model, file.string());
 }
 
@@ -82,7 +82,7 @@ void note_open_payload(const config::ModelFile& model, const std::filesystem::pa
                        const char* to_say_it) {
   if (!config::is_payload_open(model)) return;
   say_beside(file.string() +
-             ": measured under several payloads, and nobody says what the arm carries: it is taken to carry "
+             ": measured under several payloads, and the arm's load is not given: it is taken to carry "
              "nothing; " +
              to_say_it);
 }
@@ -95,7 +95,7 @@ config::ModelFile as_warm(config::ModelFile model, std::span<const double> tempe
       std::accumulate(reference_c.begin(), reference_c.end(), 0.0) / static_cast<double>(reference_c.size());
   say_beside(
       file.string() +
-      formatted(": nobody says how warm the drives are: the arm is taken as it is at the model's reference, "
+      formatted(": the temperature of the drives is not given: the arm is taken at the model's reference, "
                 "%.1f C on average",
                 mean_c));
   return model;
@@ -113,7 +113,7 @@ Option tracker_noise_option(NoiseOptions& noise) {
 Option repeatability_option(NoiseOptions& noise) {
   return {"--repeatability",
           &noise.repeatability,
-          "Standard deviation per axis of the arm's position when it comes back to a pose, added to "
+          "Standard deviation per axis of the arm's position when it returns to a pose, added to "
           "the tracker's noise",
           {.check = positive(1, "a length in mm above 0 such as 0.02"), .type = "MM"}};
 }

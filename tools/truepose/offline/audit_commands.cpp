@@ -87,12 +87,13 @@ Command audit_verify_command() {
   const auto command = std::make_shared<Verify>();
   return {
       .name = "audit verify",
-      .help = "Whether what stands on record is what the daemon wrote, and all of it",
+      .help = "Checks that the audit log is what the daemon wrote, and complete",
       .options =
           {Option("--cell", &command->cell_file, "Cell file", {.required = true, .file = FileUse::Read}),
-           Option("--journal", &command->journal,
-                  "Log of the daemon (journalctl -o cat), whose ends of the trail have to be in it too",
-                  {.file = FileUse::Read}),
+           Option(
+               "--journal", &command->journal,
+               "Log of the daemon (journalctl -o cat): the ends of the trail that it has must be in the audit log",
+               {.file = FileUse::Read}),
            Option("--json", &command->json,
                   "Print one JSON document: the file, its number of records, the hash of the last, what was "
                   "acknowledged")},

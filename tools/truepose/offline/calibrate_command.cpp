@@ -81,7 +81,7 @@ void expect_times_alike(const MeasurementData& data, const MeasurementData& vali
   if (a && b && a->form != b->form)
     throw ConfigError(file + ": time: '" + validation.points.front().time +
                       "', where the data to identify have '" + data.points.front().time +
-                      "': tell all times in one form");
+                      "': write all times in one form");
 }
 
 /// Points of another file, all to validate. Reflectors are matched by name.
@@ -329,7 +329,7 @@ Command calibrate_command() {
            Option("--residual", &c.residual, "Residual field", {.check = available(residual_names())}),
            Option(
                "--thermal", &c.thermal,
-               "What tells how warm the arm was: the columns temp1.., or the time of a campaign that began cold; "
+               "Source of the arm's temperatures: the columns temp1.., or the time of a campaign that began cold; "
                "auto: the columns where there are some, else time, or the order of the rows, where that "
                "shows beyond doubt",
                {.check = available(names_of(kThermalNames))}),

@@ -39,7 +39,7 @@ config::ModelFile loaded_model(const CompensateCommand& command, const RobotMode
 void check_temperatures(const CompensateCommand& command, const config::ModelFile& model) {
   if (!model.thermal)
     throw bad_usage("--temperatures: " + command.options.arm.model.string() +
-                    " does not know what warmth does: calibrate from points with columns temp1..");
+                    " has no thermal expansion: calibrate from points with columns temp1..");
   if (command.temperature_c.size() != model.cell.robot.joints.size())
     throw bad_usage("--temperatures: expected " + std::to_string(model.cell.robot.joints.size()) +
                     ", one a joint, found " + std::to_string(command.temperature_c.size()));
@@ -74,13 +74,14 @@ Command compensate_command() {
                   {.required = true, .file = FileUse::Read}),
            Option(
                "--program", &o.src,
-               "KRL program (SRC): written again with its taught positions moved so that the real arm stands where "
+               "KRL program (SRC): written again with its taught positions moved to where the real arm stands as "
                "the nominal one would have. Paths between them stay the controller's. $WORLD is taken as the "
                "robot's foot",
                {.is_subject = true, .file = FileUse::Read}),
-           Option("--dat", &o.dats,
-                  "Data list of the program (DAT); given again, others whose GLOBAL positions it uses",
-                  {.repeats = true, .needs = {"--program"}, .file = FileUse::Read}),
+           Option(
+               "--dat", &o.dats,
+               "Data list of the program (DAT); given again, other lists with GLOBAL positions that it uses",
+               {.repeats = true, .needs = {"--program"}, .file = FileUse::Read}),
            Option("--out-dat", &o.out_dats, "Write the data list here; one for each --dat, in their order",
                   {.repeats = true, .needs = {"--program", "--dat"}, .file = FileUse::Written}),
            Option(
@@ -95,7 +96,7 @@ Command compensate_command() {
                "--tool", &o.tool,
                "Tool on the flange: a file of truepose tool, or its numbers in mm and deg. Its TCP's position "
                "comes first, and its poses --poses are; with a program, a file is the tool of its number, numbers "
-               "are the tool in force where it starts",
+               "are the tool that is set where it starts",
                {.type = kFrameType, .file = FileUse::Read}),
            Option(
                "--base", &o.base,
@@ -104,7 +105,7 @@ Command compensate_command() {
            Option(
                "--positioner", &o.positioner,
                "A file of truepose positioner: --poses stand in the workpiece on its table, which is turned "
-               "to e1[,e2] (deg or mm), columns beside theirs",
+               "to e1[,e2] (deg or mm), further columns of --poses",
                {.needs = {"--poses"}, .excludes = {"--base"}, .file = FileUse::Read}),
            Option(
                "--joints", &o.joints_file,
@@ -135,7 +136,7 @@ Command compensate_command() {
                   {.check = member_of({"deg", "rad"}), .needs = {"--joints"}}),
            Option(
                "--max-orientation-residual", &o.max_orientation_residual_deg,
-               "Rows of which more orientation (deg) is given up next to a singularity are counted, and the command "
+               "Rows that give up more orientation (deg) next to a singularity are counted, and the command "
                "ends with 1",
                {.shows_default = true,
                 .check = in_range(0.0, 180.0),
@@ -146,7 +147,7 @@ Command compensate_command() {
                    .excludes = {"--program", "--archive"}}),
            Option(
                "--temperatures", &c.temperature_c,
-               "Of the drives (C), one a joint, for a model that knows what warmth does; otherwise its reference",
+               "Of the drives (C), one a joint, for a model with thermal expansion; otherwise its reference",
                {.check = in_range(-50.0, 200.0)}),
            Option("--report", &o.report_file,
                   "Write corrections, residuals and standard deviations as charts here (HTML)",

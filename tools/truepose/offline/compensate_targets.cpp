@@ -140,13 +140,13 @@ report::CompensationRow report_row(const RobotModel& robot, const ReachedTarget&
 // ---- The way from one to the other ----
 
 constexpr std::string_view kStandard = "-";
-constexpr const char* kNoSigma = ": tells no covariance, so no sigma_mm is given; calibrate again to have it";
+constexpr const char* kNoSigma = ": has no covariance, so no sigma_mm is given; calibrate again to have it";
 constexpr const char* kToolGiven =
     "--tool was given, not measured: sigma_mm does not hold what the TCP is off by on the flange, often more than "
     "half a millimetre; `truepose tool` measures it";
 
 constexpr const char* kBaseGiven =
-    "--base does not tell its own uncertainty: sigma_mm does not hold what it is off by, nor its turn, which grows with the "
+    "--base has no uncertainty: sigma_mm leaves out the base's own error, and its rotation, which grows with the "
     "distance from it; `truepose base` measures it";
 
 /// What carries the workpiece that the targets stand in.

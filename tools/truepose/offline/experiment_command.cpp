@@ -60,7 +60,7 @@ std::string_view name_of(TrialData data) {
     case TrialData::GrossErrors:
       break;
   }
-  return "gross errors";
+  return "outliers";
 }
 
 json::object method_json(const MethodResult& method) {
@@ -143,7 +143,7 @@ std::string_view suffix_of(TrialData data) {
     case TrialData::GrossErrors:
       break;
   }
-  return ", gross errors";
+  return ", outliers";
 }
 
 std::string methods_text(const ExperimentResult& result) {
@@ -258,7 +258,7 @@ Command experiment_command() {
   ExperimentCommand& c = *command;
   return {
       .name = "experiment",
-      .help = "Compares all methods on a simulated arm, beside the published figures",
+      .help = "Compares all methods on a simulated arm with the published figures",
       .options = {Option("--robot", &c.robot_file,
                          "Robot file (YAML) of six revolute joints; without it the KR 210 R2700-2",
                          {.file = FileUse::Read}),

@@ -129,7 +129,7 @@ Command tool_command() {
       "Readings (CSV: q1..qN in deg or mm; x,y,z in mm of a reflector at the tool; without them one fixed point, "
       "touched each time; point: origin, the TCP, as without it, x or xy; px,py,pz: the point's coordinates in "
       "the tool, where known; a,b,c,sigma_abc in deg: a 6-D target's axes in the tracker's frame, which are the "
-      "tool's, so that one reading tells the tool)",
+      "tool's: one reading then gives the tool)",
       "Number in TOOL_DATA");
   options.push_back(
       Option("--orientation", &c.orientation,

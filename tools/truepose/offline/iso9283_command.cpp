@@ -57,7 +57,7 @@ std::vector<report::EmbeddedFile> embedded_files(const Iso9283Command& command) 
   };
   add("cycles.csv", command.data_file, "text/csv", "the cycles, as truepose iso9283 --data reads them");
   add("targets.csv", command.targets_file, "text/csv", "the commanded poses (--targets)");
-  add("model.yaml", command.model_file, "application/yaml", "the model whose base pose was used (--model)");
+  add("model.yaml", command.model_file, "application/yaml", "the model that gave the base pose (--model)");
   return files;
 }
 
@@ -119,7 +119,7 @@ std::string iso9283_text(const Iso9283Result& result, std::span<const TestPoint>
   std::string text = "ISO 9283:1998. " + frame_text(frame);
   if (const auto missing = record::poses_without_cycle(points); !missing.empty()) {
     text += fmt::format(
-        "No cycle came to {}, of which these figures do not hold: the standard asks for {} cycles at every "
+        "No cycle came to {}: these figures do not hold there, as the standard asks for {} cycles at every "
         "commanded pose, and they do not comply.\n",
         fmt::join(missing, ", "), kIso9283Cycles);
   } else if (result.fewest_cycles < kIso9283Cycles) {

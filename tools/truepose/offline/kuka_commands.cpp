@@ -266,7 +266,7 @@ Command kuka_lint_command() {
       .options = {Option("files", &c.files,
                          "RSI ethernet configuration and context (.rsix, .rsi.xml), in any order",
                          {.required = true, .type = "FILES", .file = FileUse::Read}),
-                  Option("--cell", &c.cell_file, "Cell file, with whose bounds and addresses they must agree",
+                  Option("--cell", &c.cell_file, "Cell file: its bounds and addresses must agree with them",
                          {.file = FileUse::Read})},
       .run = [command] { return run_lint(*command); }};
 }

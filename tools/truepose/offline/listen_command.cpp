@@ -110,7 +110,7 @@ std::string text_of(const json::object& report) {
   std::string lines;
   for (const json::value& sender : report.at("senders").as_array()) lines += "\n" + sender_text(sender);
   if (!lines.empty()) return lines;
-  return "nobody sent to " + std::string{report.at("listened").as_string()} +
+  return "no packet came to " + std::string{report.at("listened").as_string()} +
          ": run `truepose doctor --cell FILE`, which says why\n";
 }
 
@@ -138,10 +138,10 @@ Command listen_command() {
           .help = "Who sends RSI datagrams here, and what; answers nothing",
           .options = {Option("PORT", &c.where,
                              "PORT or HOST:PORT of this PC; left out: that of --cell or --ethernet"),
-                      Option("--cell", &c.cell_file, "Cell file, whose elements are expected",
+                      Option("--cell", &c.cell_file, "Cell file: its elements are expected",
                              {.excludes = {"--ethernet"}, .file = FileUse::Read}),
                       Option("--ethernet", &c.ethernet_file,
-                             "RSI ethernet configuration (XML) whose elements are expected",
+                             "RSI ethernet configuration (XML): its elements are expected",
                              {.file = FileUse::Read}),
                       Option("--for", &c.seconds, "End after so many seconds; default: Ctrl-C",
                              {.check = in_range(0.0, 1e9), .type = "SECONDS"}),

@@ -21,7 +21,7 @@ std::string mistake_text(const Suspicion& suspicion, const std::string& robot_fi
   std::string places;
   for (const Mistake& mistake : suspicion.mistakes) places += place_of(mistake, robot_file, data_file) + ": ";
   const bool by_hand = std::ranges::any_of(suspicion.mistakes, &Mistake::is_mended_by_hand);
-  return places + in_words(suspicion) + (by_hand ? "" : "; `truepose robot fix` writes it mended");
+  return places + in_words(suspicion) + (by_hand ? "" : "; `truepose robot fix` writes it corrected");
 }
 
 }  // namespace truepose::tools

@@ -149,8 +149,8 @@ Command positioner_command() {
                {.required = true, .file = FileUse::Read}),
            Option(
                "--root", &c.root,
-               "ROOT as the controller has it, in the robot's base (mm, deg): what no reading of a turntable tells "
-               "stays so, and a root far from it is told",
+               "ROOT as the controller has it, in the robot's base (mm, deg): what no reading of a turntable shows "
+               "stays so, and a root far from it is reported",
                {.type = "X,Y,Z,A,B,C", .count = 6}),
            Option(
                "--data", &c.data_file,

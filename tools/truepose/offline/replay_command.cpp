@@ -201,7 +201,7 @@ std::string note_line(const std::string& what, const ReplayNote& note, const Hea
 
 std::string findings_text(const Header& header, const ReplayReport& report) {
   std::string text;
-  for (const ReplayNote& fault : report.recorded_faults) text += note_line("told then", fault, header);
+  for (const ReplayNote& fault : report.recorded_faults) text += note_line("stream then", fault, header);
   for (const ReplayNote& fault : report.stream.faults) text += note_line("stream now", fault, header);
   for (const WireReport& wire : report.wires) {
     const std::string name{name_of(recording::kWires, wire.wire)};

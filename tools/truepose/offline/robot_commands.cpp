@@ -51,7 +51,7 @@ int run_fix(const RobotFix& command) {
   const MeasurementData data = config::load_measurements(command.data_file, robot);
   const auto suspicion = suspect(robot, data, processor_count());
   if (!suspicion)
-    throw CommandError{kFailed, command.robot_file + ": nothing to mend, as far as " + command.data_file +
+    throw CommandError{kFailed, command.robot_file + ": nothing to correct, as far as " + command.data_file +
                                     " shows: no file was written"};
   if (suspicion->mistakes.empty())
     throw CommandError{kFailed, mistake_text(*suspicion, command.robot_file, command.data_file)};
@@ -73,16 +73,16 @@ Command robot_fix_command() {
   const auto command = std::make_shared<RobotFix>();
   RobotFix& c = *command;
   return {.name = "robot fix",
-          .help = "Finds what is wrong in a robot file or its measurements, and writes them mended",
+          .help = "Finds what is wrong in a robot file or its measurements, and writes them corrected",
           .options = {Option("robot", &c.robot_file, "Robot file (YAML)",
                              {.required = true, .type = "ROBOT", .file = FileUse::Read}),
                       Option("measurements", &c.data_file, "Measurements (CSV)",
                              {.required = true, .type = "MEASUREMENTS", .file = FileUse::Read}),
                       Option("--out", &c.out_file,
-                             "The mended robot file; all but the mended numbers stays as it stands",
+                             "The corrected robot file; all but the corrected numbers stays as it is",
                              {.file = FileUse::Written}),
                       Option("--out-data", &c.out_data_file,
-                             "The mended measurements, where the mistake is in them",
+                             "The corrected measurements, where the mistake is in them",
                              {.file = FileUse::Written})},
           .run = [command] { return run_fix(*command); }};
 }

@@ -65,7 +65,7 @@ class Farewell {
  public:
   explicit Farewell(const std::string& id) {
     text() = formatted(
-        "\ncampaign %s goes on. Follow it: truepose campaign watch\nEnd it: truepose campaign abort\n",
+        "\ncampaign %s continues. Follow it: truepose campaign watch\nEnd it: truepose campaign abort\n",
         id.c_str());
     std::signal(SIGINT, &say);
   }
@@ -102,9 +102,9 @@ std::string next_after(const std::string& kind, const std::string& id) {
 control::Event next_event(RpcClient& client) {
   auto event = client.next_event();
   if (!event)
-    throw CommandError{event.error().exit_code,
-                       event.error().message +
-                           "; what the campaign has measured is kept: truepose status says how it goes on"};
+    throw CommandError{
+        event.error().exit_code,
+        event.error().message + "; what the campaign has measured is kept: truepose status has its progress"};
   return *std::move(event);
 }
 

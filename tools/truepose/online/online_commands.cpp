@@ -27,7 +27,7 @@ std::string activated_text(const json::value& model) {
 
 std::string deactivated_text(const json::value& result) {
   const std::string id = string_at(result, "/deactivated");
-  return id.empty() ? "no model was active\n" : "model " + id + " is no longer active\n";
+  return id.empty() ? "no model was active\n" : "model " + id + " is deactivated\n";
 }
 
 std::string tool_in_use_text(const json::value& tool) {
@@ -36,7 +36,7 @@ std::string tool_in_use_text(const json::value& tool) {
 }
 
 std::string tool_out_of_use_text(const json::value& result) {
-  return "the tool that campaign " + string_at(result, "/deactivated") + " measured is no longer in use\n";
+  return "the tool that campaign " + string_at(result, "/deactivated") + " measured is not in use any more\n";
 }
 
 std::string exported_text(const json::value& model) { return string_at(model, "/yaml"); }
@@ -95,7 +95,7 @@ std::vector<Option> connection_options(OnlineOptions& online) {
        {.environment = "TRUEPOSE_TOKEN_FILE", .file = FileUse::Read}},
       {"--tls-ca",
        &online.tls.ca,
-       "HOST:PORT is the daemon's TLS port, whose certificate has to be from this CA (PEM)",
+       "HOST:PORT is the daemon's TLS port; its certificate has to be from this CA (PEM)",
        {.environment = "TRUEPOSE_TLS_CA", .file = FileUse::Read}},
       {"--cert",
        &online.tls.certificate,
@@ -113,7 +113,7 @@ std::vector<OnlineRow> cell_rows() {
       {"status", "cell.status", "what the cell does, its devices, model, stream and faults", {}, status_text},
       {"connect", "cell.connect", "connect robot and tracker", {}, status_text},
       {"disconnect", "cell.disconnect", "let robot and tracker go", {}, status_text},
-      {"acknowledge", "cell.acknowledge", "clear a fault whose cause is gone, or let a stream that holds go on",
+      {"acknowledge", "cell.acknowledge", "clear a fault once its cause is gone, or let a stream that holds continue",
        {}, status_text},
   };
 }

@@ -118,7 +118,7 @@ std::string measured_text(const json::value& stream) {
   const json::array& axes = list_at(stream, "/measured_deg");
   const bool unknown = std::ranges::all_of(axes, [](const json::value& axis) { return axis.is_null(); });
   if (!axes.empty() && unknown)
-    return "not told from the drives' lag yet: the arm moves evenly, or is watched for less than 2 s";
+    return "not separated from the drives' lag yet: the arm moves evenly, or is watched for less than 2 s";
   return axes_text(stream, "/measured_deg");
 }
 
@@ -175,7 +175,7 @@ namespace {
 std::string interrupted_line(const json::value& campaign) {
   const std::string id = text_at(campaign, "/id");
   return text_at(campaign, "/kind") + ", " + text_at(campaign, "/done") + "/" + text_at(campaign, "/total") +
-         " poses: " + text_at(campaign, "/reason") + "; go on: truepose campaign resume " + id +
+         " poses: " + text_at(campaign, "/reason") + "; resume it: truepose campaign resume " + id +
          ", end it: truepose campaign abort " + id;
 }
 
@@ -236,7 +236,7 @@ std::string campaign_text(const json::value& answer) {
   if (const json::value* progress = find_at(answer, "/progress"))
     rows.push_back({"progress", progress_line(*progress)});
   for (const json::value& once : list_at(answer, "/interruptions"))
-    rows.push_back({"interrupted", text_at(once, "/interrupted") + ", went on " + text_at(once, "/resumed") +
+    rows.push_back({"interrupted", text_at(once, "/interrupted") + ", resumed " + text_at(once, "/resumed") +
                                        ": " + text_at(once, "/found")});
   for (const json::value& skipped : list_at(answer, "/skipped"))
     rows.push_back({"skipped", "pose " + text_at(skipped, "/pose") + " after " +
@@ -246,7 +246,7 @@ std::string campaign_text(const json::value& answer) {
 }
 
 std::string tools_text(const json::value& answer) {
-  std::vector<Cells> rows{{"TOOL", "MEASURED", "BY", "TOLD TO THE CONTROLLER"}};
+  std::vector<Cells> rows{{"TOOL", "MEASURED", "BY", "KRL LINE"}};
   for (const json::value& tool : list_at(answer, "/tools"))
     rows.push_back(
         {text_at(tool, "/number"), text_at(tool, "/measured"),
@@ -305,7 +305,7 @@ std::string acknowledged_text(const json::value& answer) {
 }
 
 std::string control_text(const json::value& control) {
-  if (!find_at(control, "/holder")) return "nobody has control: everybody's commands are carried out\n";
+  if (!find_at(control, "/holder")) return "no client has control: commands of every role are carried out\n";
   return text_at(control, "/holder") + " (" + text_at(control, "/role") + ") has control, for " +
          text_at(control, "/left_s") + " s more unless it is renewed\n";
 }

@@ -103,7 +103,7 @@ std::expected<void, CommandError> RpcClient::open_by_proof(const std::string& en
   if (!challenge) return std::unexpected(challenge.error());
   const CommandError stranger{
       kUnreachable,
-      "whoever answers at " + daemon_ + " does not know the token: no trueposed, or one of another cell"};
+      "the server at " + daemon_ + " does not know the token: no trueposed, or one of another cell"};
   const std::string server_nonce = string_at(*challenge, "/nonce");
   if (!control::is_nonce(server_nonce)) return std::unexpected(stranger);
   const control::SessionTerms terms{endpoint, control::new_nonce(), server_nonce};
