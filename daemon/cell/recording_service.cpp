@@ -137,7 +137,7 @@ asio::awaitable<RecordingService::Saved> RecordingService::save_now(std::string 
 }
 
 void RecordingService::tell_fault(const Fault& fault) {
-  const std::string text = fault.code + ": " + fault.text;
+  const std::string text = std::string{kind_of(fault.code).code} + ": " + fault.text;
   parts_.recorder.tell(recording::Wire::Daemon, recording::Kind::Fault, text);
   if (fault_.empty()) fault_ = text;
 }

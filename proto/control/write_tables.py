@@ -8,9 +8,11 @@ import json
 import pathlib
 import re
 import sys
+import textwrap
 
 HERE = pathlib.Path(__file__).parent
 PAGE = HERE / "reference.md"
+COLUMNS = 140
 LONGEST_ANSWER = 400  # of an example that is shown
 
 
@@ -69,7 +71,7 @@ def members_table(schema):
 
 
 def described(text):
-    return "\n" + text + "\n" if text else ""
+    return "\n" + textwrap.fill(text, COLUMNS, break_long_words=False, break_on_hyphens=False) + "\n" if text else ""
 
 
 def example(name, given):
@@ -119,7 +121,7 @@ def sections(document):
     errors = parts["errors"]
     error_rows = [(one["code"], f"`{one['data']['code']}`", name, one["message"]) for name, one in errors.items()]
     return {
-        "protocol": document["info"]["description"] + "\n",
+        "protocol": described(document["info"]["description"]),
         "overview": overview(document["methods"]),
         "methods": "\n".join(method(one, errors) for one in document["methods"]),
         "events": "\n".join(event(one) for one in document["x-events"]),

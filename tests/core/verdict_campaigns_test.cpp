@@ -310,7 +310,7 @@ std::vector<Kind> kinds() {
       arm = TrueArm{loaded, 5};
     };
   });
-  add("geometry alone, heavy arm", {"identify the deviations"},
+  add("geometry alone, heavy arm", {"identify the non-geometric errors"},
       [](Cell& cell) { cell.truth.non_geometric = heavy_arm_errors({}); });
   add("one reading wrong", {"contradict the others", "beyond six sigma"},
       spoiled([](MeasurementData& data, Random& random) {
