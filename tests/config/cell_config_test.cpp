@@ -161,7 +161,7 @@ TEST_F(CellFile, LoadsTheArmByTheToolInForceWhereTheModelKnowsHowItBends) {
 
   CalibratedCell model{.robot = {}, .base = {}, .reflectors = {{"1", {1, 2, 3}}}};
   EXPECT_THAT(corrected_arm(cell, model, nullptr, load_of(cell, 2)).error(),
-              HasSubstr("does not know how the arm bends under a payload"));
+              HasSubstr("has no gravity compliance for a payload"));
   model.robot.deviation = {{0, DeviationBasis::Gravity, 1, 1e-4}};
   EXPECT_EQ(corrected_arm(cell, model, nullptr, load_of(cell, 2))->robot.payload,
             (LinkMass{15, {0, 10, 120}}));

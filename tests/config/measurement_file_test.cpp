@@ -214,15 +214,15 @@ TEST_F(MeasurementFile, RefusesTimesThatItCannotTell) {
     EXPECT_EQ(with_times(text, good), "data.csv: row 1 (line 2)" + why);
   }
   const std::string missing =
-      ": time: missing, where other rows tell it: give every row its time or remove the column";
+      ": time: missing, where other rows have it: give every row its time or remove the column";
   EXPECT_EQ(with_times(good, ""), "data.csv: row 2 (line 3)" + missing);
   EXPECT_EQ(with_times("", good), "data.csv: row 1 (line 2)" + missing);
   EXPECT_EQ(
       with_times(good, "30"),
-      "data.csv: row 2 (line 3): time: a number of seconds, where row 1 has a date with a zone: tell all times in one form");
+      "data.csv: row 2 (line 3): time: a number of seconds, where row 1 has a date with a zone: write all times in one form");
   EXPECT_EQ(
       with_times("2026-11-26 08:00:00", good),
-      "data.csv: row 2 (line 3): time: a date with a zone, where row 1 has a date without a zone: tell all times in one form");
+      "data.csv: row 2 (line 3): time: a date with a zone, where row 1 has a date without a zone: write all times in one form");
   EXPECT_EQ(
       with_times("46000.000347", "46000.000694"),
       "data.csv: time: numbers are seconds, and 2 poses within 0.000347 s are not possible: write days of a spreadsheet as 2026-11-26T08:00:30");

@@ -331,7 +331,8 @@ TEST(Calibrate, KeepsAReflectorAtTheFlangeThatNoTurnOfItShowsAndSaysSo) {
   EXPECT_LT(result->cell.reflectors[0].p_FS_mm.norm(), 1e-6);
   const auto tells = [](const Combination& c) { return c.sentence.find("smr.1") != std::string::npos; };
   EXPECT_EQ(std::ranges::count_if(result->unknown, tells), 1);
-  EXPECT_TRUE(result->unknown.front().sentence.ends_with("cannot be told from base.x, base.y and base.z"));
+  EXPECT_TRUE(
+      result->unknown.front().sentence.ends_with("is not identifiable apart from base.x, base.y and base.z"));
 }
 
 TEST(Calibrate, RefusesPosesThatDoNotShowHowTheBaseIsTurned) {

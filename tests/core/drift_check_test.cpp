@@ -140,7 +140,7 @@ TEST_F(DriftOfAnExactModel, AxisOnesZeroIsNotToldFromABaseThatTurnsAboutIt) {
   EXPECT_NE(result.reason.find("axis 1's zero moved by -0.0200 deg, or the tracker or the base moved"),
             std::string::npos)
       << result.reason;
-  EXPECT_NE(result.reason.find("(these points do not tell them apart)"), std::string::npos);
+  EXPECT_NE(result.reason.find("(these points do not separate them)"), std::string::npos);
 }
 
 TEST_F(DriftOfAnExactModel, OneWrongReadingIsAWarningToMeasureItAgain) {
@@ -220,7 +220,7 @@ TEST_F(DriftOfAnExactModel, TooFewPointsAreSaidToBeTooFew) {
   joints_.resize(1);
   const DriftCheck result = check(cell);
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
-  EXPECT_NE(result.reason.find("1 point is too few to tell why: measure at least 4"), std::string::npos)
+  EXPECT_NE(result.reason.find("1 point is too few to find the cause: measure at least 4"), std::string::npos)
       << result.reason;
 }
 
@@ -230,7 +230,7 @@ TEST_F(DriftOfAnExactModel, AsManyPointsAsAreAskedForAreEnough) {
   joints_.resize(4);
   EXPECT_EQ(check(cell).reason.find("too few"), std::string::npos) << check(cell).reason;
   joints_.pop_back();
-  EXPECT_NE(check(cell).reason.find("3 points are too few to tell why: measure at least 4"),
+  EXPECT_NE(check(cell).reason.find("3 points are too few to find the cause: measure at least 4"),
             std::string::npos)
       << check(cell).reason;
 }
@@ -243,7 +243,7 @@ TEST_F(DriftOfAnExactModel, ACauseThatTooFewPointsSuggestIsSaidToBeUncertain) {
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
   EXPECT_NE(result.reason.find("most likely axis 3's zero moved by 0.0200 deg"), std::string::npos)
       << result.reason;
-  EXPECT_NE(result.reason.find(", but 2 points are too few to tell why: measure at least 4"),
+  EXPECT_NE(result.reason.find(", but 2 points are too few to find the cause: measure at least 4"),
             std::string::npos)
       << result.reason;
 }
@@ -254,7 +254,7 @@ TEST_F(DriftOfAnExactModel, AChangeThatDoesNoHarmIsAWarning) {
   const DriftCheck result = check(cell);
   EXPECT_LT(result.probability, kSignificance);
   EXPECT_EQ(result.verdict, DriftVerdict::Warning);
-  EXPECT_NE(result.reason.find("more than by chance but harmless"), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("a significant but harmless amount"), std::string::npos) << result.reason;
 }
 
 TEST_F(DriftOfAnExactModel, AnErrorThatTheModelExpectsOfItselfIsNoProofOfAChange) {

@@ -151,7 +151,7 @@ TEST_F(UpdateOfAnExactModel, DoesNotFitASingleWrongReading) {
     EXPECT_TRUE(update.moves.empty()) << off_mm;
     ASSERT_EQ(update.wrong.size(), 1U) << off_mm;
     EXPECT_EQ(update.wrong[0].what.index, 3);
-    EXPECT_EQ(update.doubts, std::vector<std::string>{"nothing has moved that the points could tell"});
+    EXPECT_EQ(update.doubts, std::vector<std::string>{"nothing has moved that the points could show"});
     EXPECT_LT(largest_miss(update.cell), 1e-9);
   }
 }

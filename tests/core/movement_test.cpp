@@ -210,7 +210,7 @@ TEST(SlippedJoint, IsNamedAndNotTakenForWarmth) {
       EXPECT_FALSE(is.warmth_kept) << "joint " << joint + 1 << ", seed " << seed;
       ASSERT_TRUE(is.movement) << "joint " << joint + 1 << ", seed " << seed;
       EXPECT_EQ(is.movement->what, (Change{ChangeKind::JointZero, joint})) << "seed " << seed;
-      EXPECT_TRUE(says(is.verdict, "joint " + std::to_string(joint + 1) + " slipped against its encoder"));
+      EXPECT_TRUE(says(is.verdict, "the encoder offset of joint " + std::to_string(joint + 1) + " changed"));
       EXPECT_TRUE(is.verdict.failed()) << "joint " << joint + 1 << ", seed " << seed;
     }
   }

@@ -199,7 +199,7 @@ TEST(Stations, AJointThatSlippedDidSoAtARowOfOne) {
   const CalibrationVerdict verdict =
       calibration_verdict({.calibration = *found, .data = data, .stated = noise});
   ASSERT_FALSE(verdict.findings.empty());
-  EXPECT_THAT(verdict.findings.front().sentence, HasSubstr("joint 3 slipped against its encoder"));
+  EXPECT_THAT(verdict.findings.front().sentence, HasSubstr("the encoder offset of joint 3 changed"));
   EXPECT_THAT(verdict.findings.front().sentence,
               HasSubstr("between the points 55 and 56 (row 16 of 'b') that were measured"));
 }

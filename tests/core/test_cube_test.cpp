@@ -50,8 +50,7 @@ TEST(RigidFit, RefusesPointsThatShowNoTurn) {
   const std::vector<Eigen::Vector3d> two{{0, 0, 0}, {1, 0, 0}}, line{{0, 0, 0}, {1, 1, 0}, {2, 2, 0}};
   EXPECT_FALSE(rigid_fit(two, two));
   ASSERT_FALSE(rigid_fit(line, line));
-  EXPECT_EQ(rigid_fit(line, line).error(),
-            "the points are on one line, so that nothing shows a turn about it");
+  EXPECT_EQ(rigid_fit(line, line).error(), "the points are on one line and do not show a rotation about it");
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ TEST_F(Nests, OfWhichThreeAloneDisagreeSayNothing) {
   const StandHistory history = stand_history(std::vector{before, seen()}, kMotionNoise);
   EXPECT_FALSE(history.moved());
   ASSERT_EQ(history.doubts.size(), 1U);
-  EXPECT_THAT(history.doubts.front(), HasSubstr("it cannot be told which one moved"));
+  EXPECT_THAT(history.doubts.front(), HasSubstr("which one moved is not identifiable"));
 }
 
 TEST_F(Nests, ThatAreHiddenOnceAreMissedOnlyThen) {

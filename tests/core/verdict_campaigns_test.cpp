@@ -285,14 +285,14 @@ std::vector<Kind> kinds() {
     });
   }
   for (const double jump_deg : {0.02, 0.1})
-    add("encoder slipped", {"joint 2 slipped", "joint 3 slipped", "joint 2's", "times the noise"},
+    add("encoder slipped", {"offset of joint 2 changed", "offset of joint 3 changed", "joint 2's", "times the noise"},
         [=](Cell& cell) {
           cell.spoil = [=](MeasurementData& data, Random&) {
             from_row_on(data.points, 2 * data.points.size() / 5,
                         [=](Measurement& m) { m.q[1] += turn(jump_deg); });
           };
         });
-  add("all axes mastered again", {"slipped", "mastered", "times the noise", "the validation points are off"},
+  add("all axes mastered again", {"encoder offset", "mastered", "times the noise", "the validation points are off"},
       [](Cell& cell) {
         cell.spoil = [](MeasurementData& data, Random& random) {
           JointVector step(6);
@@ -423,7 +423,7 @@ std::vector<Kind> kinds() {
         if (random.next() % 4 == 0) std::swap(data.points[i].p_WS_mm, data.points[i + 1].p_WS_mm);
     };
   });
-  add("gear ratio", {"times the noise", "slipped", "off by"}, spoiled([](MeasurementData& data, Random&) {
+  add("gear ratio", {"times the noise", "encoder offset", "off by"}, spoiled([](MeasurementData& data, Random&) {
         for (Measurement& m : data.points) m.q[1] *= 1.001;
       }));
   add("reflector on the last axis", {"on the axis of joint 6"}, [](Cell& cell) {

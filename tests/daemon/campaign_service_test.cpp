@@ -104,13 +104,13 @@ TEST_F(CampaignServiceTest, SaysWhyItIsPausedWhereNobodyIsInCommandAnyMore) {
     const Answer started = co_await ask("campaign.start");
     EXPECT_TRUE(started) << started.error().message;
     while (told(control::Topic::Measurement).empty()) co_await pass(1s);
-    auto pausing = cell.pause("Anna no longer renews its control", "trueposed");
+    auto pausing = cell.pause("Anna has not renewed its control", "trueposed");
     const Answer paused = co_await std::move(pausing);
     EXPECT_TRUE(paused) << paused.error().message;
     const Answer now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "paused");
     EXPECT_EQ(now->at("state_text"),
-              "paused, since Anna no longer renews its control: resume the campaign or abort it");
+              "paused, since Anna has not renewed its control: resume the campaign or abort it");
     EXPECT_EQ(told(control::Topic::Cell).back().at("by"), "trueposed");
     const Answer aborted = co_await ask("campaign.abort");
     EXPECT_TRUE(aborted) << aborted.error().message;

@@ -188,7 +188,7 @@ TEST_F(CellRunnerTest, TellsThatACampaignHasLostADeviceThatItPausesForItAndThatI
   EXPECT_EQ(runner.name(), "paused");
   EXPECT_THAT(runner.reason(),
               testing::StartsWith("paused, waiting for the tracker, 120 s: tracker: it restarted; "
-                                  "the campaign goes on by itself"));
+                                  "the campaign resumes by itself"));
   runner.await(CellDevice::Tracker, "");
   EXPECT_EQ(runner.name(), "campaign");
   EXPECT_EQ(runner.reason(), "the tracker answers");

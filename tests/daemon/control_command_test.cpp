@@ -210,7 +210,7 @@ TEST_F(ControlCommands, OfOneWhoDoesNotRenewControlAreFollowedByAPause) {
   const Event paused = bert->event();
   EXPECT_EQ(paused.data.at("method").as_string(), "campaign.pause");
   EXPECT_EQ(paused.data.at("by").as_string(), "trueposed");
-  EXPECT_THAT(calls(), ElementsAre("pause: Anna no longer renews its control"));
+  EXPECT_THAT(calls(), ElementsAre("pause: Anna has not renewed its control"));
 }
 
 TEST_F(ControlCommands, OfWhoTakesControlNextComeAfterThePause) {
@@ -220,7 +220,7 @@ TEST_F(ControlCommands, OfWhoTakesControlNextComeAfterThePause) {
   advance(10s);
   EXPECT_EQ(bert->code("control.acquire"), 0);
   EXPECT_EQ(bert->code("cell.connect"), 0);
-  EXPECT_THAT(calls(), ElementsAre("pause: Anna no longer renews its control", "cell.connect"));
+  EXPECT_THAT(calls(), ElementsAre("pause: Anna has not renewed its control", "cell.connect"));
 }
 
 TEST_F(ControlCommands, ArePausedForAtTheVeryEndOfALease) {
@@ -404,7 +404,7 @@ TEST_F(ControlCommands, ThatCannotBePutOnRecordAreNotDone) {
   ASSERT_FALSE(refused.result);
   EXPECT_EQ(Client::code_of(refused), -32009);
   EXPECT_THAT(refused.result.error().message,
-              AllOf(HasSubstr("not done, since it cannot be put on record: File too large"),
+              AllOf(HasSubstr("not done, since the audit log cannot be written: File too large"),
                     HasSubstr("make room on the disk, then cell.acknowledge")));
   EXPECT_EQ(calls().size(), 1U);
   EXPECT_THAT(why_unrecorded(), ElementsAre(HasSubstr("audit trail cannot be written: File too large")));

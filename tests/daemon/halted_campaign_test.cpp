@@ -110,7 +110,7 @@ TEST_F(HaltedCampaignTest, StandsStillUntilItIsResumedWhereTheBeamIsLostAtTwoPos
   EXPECT_THAT(journal.skipped, SizeIs(1)) << "poses are not burnt one after the other";
   ASSERT_THAT(observer.pauses, SizeIs(1));
   EXPECT_THAT(observer.pauses[0], AllOf(HasSubstr("2 poses in a row could not be measured, pose 29 last"),
-                                        HasSubstr("the beam was broken"), HasSubstr("nobody is in the cell"),
+                                        HasSubstr("the beam was broken"), HasSubstr("the cell is empty"),
                                         HasSubstr("resume the campaign")));
   const JointVector stands = cell->q();
 

@@ -58,7 +58,7 @@ TEST_F(InterruptedCampaignTest, GoesOnWithACampaignThatWasInterruptedAndSaysSo) 
   EXPECT_THAT(control::json_text(now.at("allowed")), HasSubstr("campaign.resume"));
   EXPECT_THAT(refused("campaign.resume"),
               AllOf(HasSubstr("no campaign is paused; interrupted: calibration " + id),
-                    HasSubstr("give its id to go on with it")));
+                    HasSubstr("give its id to resume it")));
 
   const std::size_t told_before = told(control::Topic::Measurement).size();
   play([this, id, done]() -> Wait {
@@ -114,7 +114,7 @@ TEST_F(InterruptedCampaignTest, StaysInterruptedAndSaysWhyWhereItCannotGoOn) {
   play([this, id]() -> Wait { co_await resumed(id); });
   const json::value campaign = call("campaign.get", {{"id", id}}).value();
   EXPECT_EQ(campaign.at_pointer("/campaign/state"), "interrupted");
-  EXPECT_THAT(string_at(campaign, "/campaign/reason"), HasSubstr("it did not go on: another arm"));
+  EXPECT_THAT(string_at(campaign, "/campaign/reason"), HasSubstr("it did not resume: another arm"));
   EXPECT_THAT(fault(), HasSubstr("another arm"));
   EXPECT_EQ(string_at(status(), "/interrupted/0/id"), id);
 }
@@ -124,8 +124,7 @@ TEST_F(InterruptedCampaignTest, TellsWhyItDidNotGoOnRatherThanWhyItWasInterrupte
   EXPECT_EQ(string_at(status(), "/interrupted/0/reason"), "the daemon was stopped");
   const double ceiling_mm = std::exchange(config.workspace.max_mm.z(), 900);
   const std::string why = refused("campaign.resume", {{"id", id}});
-  EXPECT_THAT(why, AllOf(HasSubstr("cannot go on in this cell: pose "),
-                         HasSubstr("set that right in the cell file")));
+  EXPECT_THAT(why, AllOf(HasSubstr("cannot resume in this cell: pose "), HasSubstr("correct the cell file")));
   EXPECT_EQ(status().at("state"), "disconnected");
   EXPECT_EQ(string_at(status(), "/interrupted/0/id"), id);
   EXPECT_EQ(string_at(status(), "/interrupted/0/reason"), why);

@@ -54,7 +54,7 @@ TEST_F(ModelServiceTest, DoesNotWorkWithAModelOfWhichADigitHasBecomeAnother) {
 
   ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
   EXPECT_EQ(status().at_pointer("/model/id"), "m2");
-  EXPECT_THAT(fault(), IsEmpty()) << "another model is in force";
+  EXPECT_THAT(fault(), IsEmpty()) << "another model is in use";
 }
 
 TEST_F(ModelServiceTest, ShowsNoModelOfWhichTheTextIsNotTheOneThatWasStored) {

@@ -70,7 +70,8 @@ std::vector<std::string> texts(const pugi::xml_document& page, const char* path)
 }
 
 constexpr const char* kSections[] = {"What each layer bought", "How well unmeasured poses are known",
-                                     "Points to identify that were left out", "What the data cannot tell"};
+                                     "Points to identify that were left out",
+                                     "Not identifiable from the data"};
 
 TEST(ReportFindings, HaveTheirSectionsInAWellFormedPage) {
   const pugi::xml_document page = parsed(render_html(telling_document()));
@@ -205,7 +206,7 @@ TEST(ReportFindings, ListOnlyTheWorstOfManyRejectedPointsOnATerminal) {
 TEST(ReportFindings, SayInWordsWhatThePosesLeaveOpen) {
   const json::object document = telling_document();
   const std::string text = render_text(document);
-  EXPECT_THAT(text, HasSubstr("What the poses cannot tell:\n"
+  EXPECT_THAT(text, HasSubstr("Not identifiable from these poses:\n"
                               "  link2.d and link3.d move together: only their sum is known\n\n"
                               "What the data sheet knows better:\n  link5.beta is weakly known"));
   const pugi::xml_document page = parsed(render_html(document));

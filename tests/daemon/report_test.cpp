@@ -108,14 +108,14 @@ TEST(Report, HasNoHeadingOverNothing) {
   EXPECT_THAT(headings(parsed(render_html(full_document(30)))),
               ElementsAre("Position error before and after", "Conditions", "How the errors are spread",
                           "Where the errors are", "Validation points", "Identification points",
-                          "What is left, joint by joint", "Identified parameters",
-                          "What the data cannot tell", "Stream of corrections", "Raw data"));
+                          "Residuals, joint by joint", "Identified parameters",
+                          "Not identifiable from the data", "Stream of corrections", "Raw data"));
   json::object bare = sample_document(30, false);
   bare.erase("points");
   const std::string html = render_html(bare);
   EXPECT_THAT(headings(parsed(html)),
               ElementsAre("Position error before and after", "Conditions", "Identified parameters",
-                          "What the data cannot tell", "Raw data"));
+                          "Not identifiable from the data", "Raw data"));
   EXPECT_THAT(html, Not(HasSubstr("Compensated")));
   EXPECT_THAT(html, Not(HasSubstr("true value")));
 }
@@ -189,8 +189,7 @@ TEST(ReportText, SaysWhatNotToTrust) {
   const std::string text = render_text(document);
   EXPECT_THAT(text, Not(HasSubstr("Validation")));
   EXPECT_THAT(text, HasSubstr("did not converge"));
-  EXPECT_THAT(text,
-              HasSubstr("\nVerdict: red. Do not use this model.\n  error: the identification did not"));
+  EXPECT_THAT(text, HasSubstr("\nVerdict: red. Do not use this model.\n  error: the identification did not"));
   EXPECT_THAT(text,
               HasSubstr("\n  warning: nothing but the points that it was fitted to shows how good it is"));
 }

@@ -137,7 +137,7 @@ TEST_F(ResumedCampaignTest, ComesToTheSameAtWhateverPointItWasCutOff) {
     EXPECT_EQ(campaign->progress().left(), 0);
     EXPECT_THAT(observer.troubles, ElementsAre(HasSubstr("nothing has moved")));
     EXPECT_THAT(sentences(result),
-                Contains(AllOf(HasSubstr("the campaign was interrupted (2026-02-03T07:30:00Z) and went on"),
+                Contains(AllOf(HasSubstr("the campaign was interrupted (2026-02-03T07:30:00Z) and resumed"),
                                HasSubstr("nothing has moved"))));
   }
 }
@@ -248,7 +248,7 @@ TEST_F(ResumedCampaignTest, SaysWhereTooLittleIsThereToTellWhatHasMoved) {
   truth.truth.X_WB.translation() += Eigen::Vector3d{3, 3, 3};
   const CampaignError error = refused(past);
   EXPECT_TRUE(error.interrupted);
-  EXPECT_THAT(error.detail, HasSubstr("abort the campaign and start it anew"));
+  EXPECT_THAT(error.detail, HasSubstr("abort the campaign and start it again"));
 }
 
 TEST_F(ResumedCampaignTest, LooksTwiceWhereTwoPosesAloneSeemToHaveMoved) {
@@ -277,7 +277,7 @@ TEST_F(ResumedCampaignTest, TakesNoSecondLookForStandingStillWhereTheNestsHaveMo
   ASSERT_TRUE(go_on());
   ASSERT_FALSE(*outcome);
   EXPECT_TRUE(outcome->error().interrupted);
-  EXPECT_THAT(outcome->error().detail, HasSubstr("nobody can tell what has moved"));
+  EXPECT_THAT(outcome->error().detail, HasSubstr("are too few to show what has moved"));
 }
 
 TEST_F(ResumedCampaignTest, StaysInterruptedWhereTheReflectorIsNotSeen) {
@@ -380,7 +380,7 @@ TEST_F(ResumedCampaignTest, DrivesToTheTargetsThatAreLeft) {
 
 TEST(WhyAnew, IsSaidOfKindsThatDoNotGoOn) {
   EXPECT_THAT(std::string{why_anew("iso9283")}, HasSubstr("without a break"));
-  EXPECT_THAT(std::string{why_anew("drift")}, HasSubstr("start it anew"));
+  EXPECT_THAT(std::string{why_anew("drift")}, HasSubstr("start it again"));
   EXPECT_EQ(why_anew("calibration"), "");
   EXPECT_EQ(why_anew("targets"), "");
 }

@@ -63,10 +63,10 @@ struct StoreFiles : testing::Test {
 TEST_F(StoreFiles, AFileThatIsNoLongerTheOneThatWasOpenedTakesNothingAndCanStillBeCopied) {
   Store store = filled(3);
   remove_with_logs(file);
-  EXPECT_THAT(store.activate_model("").error().detail, HasSubstr("is no longer the file"));
+  EXPECT_THAT(store.activate_model("").error().detail, HasSubstr("is another file than the daemon opened"));
   const Store other = filled(1);
-  EXPECT_THAT(store.activate_model("").error().detail, HasSubstr("is no longer the file"));
-  EXPECT_THAT(store.try_again().error().detail, HasSubstr("is no longer the file"));
+  EXPECT_THAT(store.activate_model("").error().detail, HasSubstr("is another file than the daemon opened"));
+  EXPECT_THAT(store.try_again().error().detail, HasSubstr("is another file than the daemon opened"));
   StoreBackup backup = store.begin_backup(copy).value();
   while (!backup.step().value()) {
   }

@@ -175,7 +175,7 @@ TEST_F(StoreTest, MarksTheCampaignsThatNobodyRunsAnyMore) {
   EXPECT_EQ(store.campaign("of before").value()->state, "failed") << "it has no plan";
   EXPECT_EQ(store.campaign("iso").value()->state, "failed");
   EXPECT_THAT(store.campaign("iso").value()->reason, HasSubstr("one series of cycles without a break"));
-  EXPECT_THAT(store.campaign("drift").value()->reason, HasSubstr("start it anew"));
+  EXPECT_THAT(store.campaign("drift").value()->reason, HasSubstr("start it again"));
   EXPECT_EQ(store.campaign("done").value()->state, "done");
   EXPECT_EQ(store.plans().interrupt_running("2026-08-17T12:00:00Z").value(), 0);
 }

@@ -242,10 +242,11 @@ TEST_F(LostStoreTest, IsFoundOutWithinASecondAndNothingIsBegunUntilItIsBack) {
     move_away();
     co_await pass(2s);
     EXPECT_THAT(fault_of(*co_await ask("cell.status")),
-                AllOf(HasSubstr(file.string() + ": is no longer the file"), HasSubstr("put it back"),
-                      HasSubstr("truepose backup")));
+                AllOf(HasSubstr(file.string() + ": is another file than the daemon opened"),
+                      HasSubstr("Put it back"), HasSubstr("truepose backup")));
     EXPECT_EQ((co_await ask("campaign.start")).error().code, control::ErrorCode::Store);
-    EXPECT_THAT((co_await ask("cell.acknowledge")).error().message, HasSubstr("is no longer the file"));
+    EXPECT_THAT((co_await ask("cell.acknowledge")).error().message,
+                HasSubstr("is another file than the daemon opened"));
     put_back();
     EXPECT_TRUE(co_await ask("cell.acknowledge"));
     EXPECT_TRUE(co_await ask("campaign.start"));
@@ -258,9 +259,9 @@ TEST_F(LostStoreTest, ActivatesNoModelWhetherItWasDeletedOrReplaced) {
   const fs::path other = folder.path() / "other";
   fs::copy_file(file, other);
   move_away();
-  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("is no longer the file"));
+  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("is another file than the daemon opened"));
   fs::rename(other, file);
-  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("is no longer the file"));
+  EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("is another file than the daemon opened"));
   EXPECT_EQ(status().at_pointer("/model/id"), "m1");
   put_back();
   EXPECT_TRUE(call("model.activate", {{"id", "m2"}}));

@@ -111,7 +111,7 @@ TEST_F(StoredModelTest, IsRefusedWhereItCorrectsMoreThanItSaidWhenItWasMade) {
   });
   record.sha256.clear();
   EXPECT_THAT(refusal(record),
-              AllOf(HasSubstr("it corrects a joint by up to"), HasSubstr("when it was made by")));
+              AllOf(HasSubstr("it corrects a joint by up to"), HasSubstr("when it was made")));
 }
 
 TEST_F(StoredModelTest, IsRefusedForThePoseThatLiesOutsideLimitsThatWereNarrowed) {
@@ -123,7 +123,7 @@ TEST_F(StoredModelTest, IsRefusedForThePoseThatLiesOutsideLimitsThatWereNarrowed
       refusal(made),
       formatted("model m1 is refused: pose %d, which it was made from, lies outside the limits of the robot "
                 "file: joint 1 at %.3f deg, its limits are -185..%g deg; widen them, activate another model, "
-                "or measure anew",
+                "or measure again",
                 farthest.pose, q_deg, q_deg - 1));
 }
 

@@ -93,8 +93,8 @@ TEST_F(StreamLogTest, TellsTheStoryOfAControllerThatIsStartedAnew) {
   rig.ticks(300);
   EXPECT_THAT(
       said_by(*rig.cycle, t0 + 1s),
-      ElementsAre("info stream: another model is in force",
-                  "info stream: the correction that the controller has in force is known at IPOC 4208179: at "
+      ElementsAre("info stream: another model is in use",
+                  "info stream: the correction in effect at the controller is known at IPOC 4208179: at "
                   "most 0.000 deg on an axis",
                   "info stream: ramping in", "info stream: active"));
 

@@ -119,7 +119,7 @@ TEST_F(AWatchedStream, GoesOnWithoutItsTrackerAndSaysSo) {
     const auto now = co_await ask("cell.status");
     EXPECT_EQ(now->at_pointer("/stream/state"), "correcting") << control::json_text(now->at("stream"));
     EXPECT_EQ(now->at_pointer("/tracker/connected"), false);
-    EXPECT_THAT(fault_of(*now), HasSubstr("the stream goes on without it"));
+    EXPECT_THAT(fault_of(*now), HasSubstr("the stream continues without it"));
   });
 }
 

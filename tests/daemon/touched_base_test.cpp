@@ -226,7 +226,7 @@ TEST_F(TouchedBaseServiceTest, RefusesWhatCannotBeTouched) {
   EXPECT_THAT(why({{"at", {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}}}),
               HasSubstr("params.at: the tracker looks for no points that touch asks for"));
   EXPECT_THAT(why({}, "touch"),
-              HasSubstr("params.at: missing: the tracker has to be told where the points are"));
+              HasSubstr("params.at: missing: the tracker needs the rough position of each point"));
   EXPECT_THAT(why({}, "points"), HasSubstr("params.points"));
   EXPECT_THAT(why({{"points", {"a", "b", "c"}}}), HasSubstr("the points say no frame"));
   EXPECT_THAT(why({{"nominal", {{0, 0, 0}}}}),

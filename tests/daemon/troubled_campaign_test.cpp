@@ -30,7 +30,7 @@ TEST_F(TroubledCampaignTest, PausesWhereADeviceStaysAwayAndGoesOnByItselfOnceItI
     now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "paused");
     EXPECT_THAT(string_at(*now, "/state_text"),
-                AllOf(HasSubstr("robot: the controller does not answer"), HasSubstr("goes on by itself")));
+                AllOf(HasSubstr("robot: the controller does not answer"), HasSubstr("resumes by itself")));
     co_await pass(9min);
     now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "campaign");

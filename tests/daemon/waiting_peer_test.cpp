@@ -139,7 +139,7 @@ TEST(APeerThatWaits, IsAnsweredAtAnyCountWhereNoCorrectionWasEverSent) {
   corrected.rig.applied = axes_deg({0.5, 0, 0, 0, 0, 0});
   corrected.rig.stuck = corrected.rig.q;
   EXPECT_EQ(corrected.send(100), 0);
-  EXPECT_THAT(reason(corrected.rig.status()), HasSubstr("start it again, so that its IPOC begins with 0"));
+  EXPECT_THAT(reason(corrected.rig.status()), HasSubstr("start it again, with an IPOC that begins at 0"));
 }
 
 TEST(APeerThatWaits, IsNotAnsweredWhereItsAxesShowACorrection) {

@@ -367,7 +367,7 @@ TEST_F(EkiRobot, SaysThatAMoveWasAborted) {
     co_await robot.connect(soon());
     const auto q = co_await robot.move({target()}, soon());
     EXPECT_EQ(q.error().fault, RobotFault::Aborted);
-    EXPECT_THAT(q.error().detail, HasSubstr("a stop is in force"));
+    EXPECT_THAT(q.error().detail, HasSubstr("a stop is active"));
   });
 }
 

@@ -216,7 +216,7 @@ TEST_F(Compensate, TheTcpComesFirstWhereATheToolIsGiven) {
 TEST_F(Compensate, TheArmBendsUnderThePayloadThatItIsTold) {
   const std::string targets = file(std::string(kJoints) + kRegularRow);
   EXPECT_THAT(compensate({"--joints", targets, "--payload", "60,0,0,200"}).err,
-              HasSubstr("--payload: the model does not know how the arm bends under a payload"));
+              HasSubstr("--payload: the model has no gravity compliance for a payload"));
   model_.cell.robot.deviation = {{1, DeviationBasis::Gravity, 1, 1e-4}};
   model_.covariance = Eigen::VectorXd::Constant(ParameterLayout::of(model_.cell).size(), 1e-10).asDiagonal();
   folder_.write("model.yaml", config::model_yaml(model_));
@@ -236,7 +236,7 @@ TEST_F(Compensate, AWordIsSaidWhereTheModelKnowsSeveralPayloadsAndNobodySaysWhic
   model_.several_payloads = true;
   folder_.write("model.yaml", config::model_yaml(model_));
   const std::string said = model_file_ +
-                           ": measured under several payloads, and nobody says what the arm carries: it is "
+                           ": measured under several payloads, and the arm's load is not given: it is "
                            "taken to carry nothing; ";
   EXPECT_THAT(compensate({"--joints", targets}).err, StartsWith(said + "--payload says it\n"));
   EXPECT_THAT(compensate({"--joints", targets, "--payload", "60,0,0,200"}).err,
@@ -283,7 +283,7 @@ TEST_F(Compensate, AModelWithoutCovarianceGivesNoStandardDeviationAndSaysSoOnce)
   const Finished csv = compensate({"--joints", targets});
   EXPECT_EQ(csv.exit_code, 0);
   EXPECT_EQ(csv.err, "truepose: " + model_file_ +
-                         ": tells no covariance, so no sigma_mm is given; calibrate again to have it\n");
+                         ": has no covariance, so no sigma_mm is given; calibrate again to have it\n");
   EXPECT_THAT(csv.out, StartsWith("q1,q2,q3,q4,q5,q6,residual_mm,residual_deg\n"));
 }
 

@@ -117,7 +117,7 @@ TEST_F(DriftCommand, WritesNoUpdateOfAnUnchangedArmOrByAWrongReading) {
   const std::string updated = folder_.path() / "updated.yaml";
   const Finished unchanged = drift(model_, five_points(), {"--update", "--out", updated});
   EXPECT_EQ(unchanged.exit_code, 0);
-  EXPECT_NE(unchanged.out.find("\nnot updated:\n  nothing has moved that the points could tell\n"),
+  EXPECT_NE(unchanged.out.find("\nnot updated:\n  nothing has moved that the points could show\n"),
             std::string::npos)
       << unchanged.out;
   MeasurementData data = config::load_measurements(five_points(), nominal_);

@@ -66,10 +66,9 @@ TEST_F(Export, SaysThatAModelCarriesNoHash) {
   const std::string file = folder_.write("cut.yaml", text);
   const Finished run = run_program("truepose", {"export", "--model", file, "--csv", path("p.csv")});
   EXPECT_EQ(run.exit_code, 0);
-  EXPECT_EQ(run.err,
-            file +
-                ": it carries no hash: written before models had one, or cut off: nobody can tell whether "
-                "it was changed; identify again to be sure\n");
+  EXPECT_EQ(run.err, file +
+                         ": it carries no hash: written before models had one, or cut off: whether it was "
+                         "changed is not known; identify again to be sure\n");
 }
 
 TEST_F(Export, IsNamedInTheHelp) {

@@ -310,7 +310,7 @@ TEST_F(FrameCommand, ABaseThatDoesNotTellItsUncertaintyIsNoted) {
   const json::object reached =
       document("compensate", {"--poses", poses, "--tool", measured_tool(), "--base", "1500,150,700,20,3,-2"});
   EXPECT_THAT(std::string(reached.at("notes").at(0).as_string()),
-              HasSubstr("--base does not tell its own uncertainty"));
+              HasSubstr("--base has no uncertainty"));
 }
 
 TEST_F(FrameCommand, ABaseOfAnotherModelIsRefused) {

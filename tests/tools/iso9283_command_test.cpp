@@ -156,7 +156,7 @@ TEST_F(Iso9283, NamesACommandedPoseThatNoCycleCameTo) {
       run_program("truepose", {"iso9283", "--data", without, "--targets", targets(), "--report", report});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const std::string said =
-      "No cycle came to P3, of which these figures do not hold: the standard asks for 30 cycles at every "
+      "No cycle came to P3: these figures do not hold there, as the standard asks for 30 cycles at every "
       "commanded pose, and they do not comply.";
   EXPECT_NE(run.out.find(said), std::string::npos) << run.out;
   EXPECT_NE(text_of(report).find(said), std::string::npos);

@@ -198,12 +198,11 @@ TEST_F(Payloads, OfWhichThereWereSeveralLeaveOpenWhatIsCarriedNow) {
   EXPECT_FALSE(model.cell.robot.payload);
   EXPECT_TRUE(model.several_payloads);
   EXPECT_EQ(drift_says(measured("told.csv", 5, {gun_})), "");
-  EXPECT_EQ(
-      drift_says(measured("untold.csv", 5, {LinkMass{}}, false)),
-      model_ +
-          ": measured under several payloads, and nobody says what the arm carries: it is taken to carry "
-          "nothing; columns " +
-          kToSayIt);
+  EXPECT_EQ(drift_says(measured("untold.csv", 5, {LinkMass{}}, false)),
+            model_ +
+                ": measured under several payloads, and the arm's load is not given: it is taken to carry "
+                "nothing; columns " +
+                kToSayIt);
 }
 
 }  // namespace

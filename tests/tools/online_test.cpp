@@ -435,7 +435,7 @@ TEST(StreamText, SaysWhyTheMeasuredCorrectionIsNotKnownAndShowsItWhereItIs) {
     return stream_text(json::parse(R"({"correction_deg": [0.5, 0, 0, 0, 0, 0], "measured_deg": )" +
                                    std::string{measured} + "}"));
   };
-  EXPECT_THAT(of("[null, null, null, null, null, null]"), HasSubstr("not told from the drives' lag yet"));
+  EXPECT_THAT(of("[null, null, null, null, null, null]"), HasSubstr("not separated from the drives' lag yet"));
   EXPECT_THAT(of("[0.499, null, 0, 0, 0, 0]"), HasSubstr("0.499 - 0.000 0.000 0.000 0.000 deg"));
   EXPECT_THAT(of("[]"), HasSubstr("measured      -"));
 }

@@ -147,7 +147,7 @@ TEST_F(PositionerCommand, TheRootOfATurntableIsToldAndWhatNoReadingTellsOfIt) {
   EXPECT_LT(plain::rad_between(root, given), 5e-3);
   EXPECT_THAT(std::string(told.at("krl").as_string()), testing::StartsWith("MACHINE_DEF[2].ROOT={X "));
   EXPECT_THAT(std::string(told.at("notes").at(0).as_string()),
-              HasSubstr("no reading tells: it is as --root has it"));
+              HasSubstr("its place along it: it is as --root has it"));
   EXPECT_EQ(told.at("axes").as_array().size(), 1U);
   EXPECT_FALSE(told.contains("workpiece"));
 }

@@ -66,7 +66,7 @@ TEST_F(RobotFixCommand, MendsTheLineThatCalibrateNames) {
               StartsWith("truepose: " + robot + ":" + std::to_string(lines + 1) +
                          ":38: joints[3].theta: theta of joint 3 is off by 90 deg: with theta -90 deg the "
                          "coarse error falls from "));
-  EXPECT_THAT(refused.err, HasSubstr("; `truepose robot fix` writes it mended"));
+  EXPECT_THAT(refused.err, HasSubstr("; `truepose robot fix` writes it corrected"));
 
   const Finished fixed = run_program("truepose", {"robot", "fix", robot, data, "--out", path("fixed.yaml")});
   EXPECT_EQ(fixed.exit_code, 0) << fixed.err;
@@ -100,8 +100,8 @@ TEST_F(RobotFixCommand, WritesNothingWhereNothingIsWrong) {
   const std::string robot = robot_file(text_), data = data_file();
   const Finished run = run_program("truepose", {"robot", "fix", robot, data, "--out", path("fixed.yaml")});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_EQ(run.err,
-            "truepose: " + robot + ": nothing to mend, as far as " + data + " shows: no file was written\n");
+  EXPECT_EQ(run.err, "truepose: " + robot + ": nothing to correct, as far as " + data +
+                         " shows: no file was written\n");
   EXPECT_FALSE(std::filesystem::exists(path("fixed.yaml")));
 }
 

@@ -236,7 +236,7 @@ TEST_F(BridgeTrackerTest, GivesUpABridgeThatHangsWithinSeconds) {
   fake.script("aim", [](std::int64_t, const auto&) {});
   fake.script("ping", [](std::int64_t, const auto&) {});
   const TimePoint begun = clock.now();
-  expect_fault(aim(), TrackerFault::Timeout, "no sign of life");
+  expect_fault(aim(), TrackerFault::Timeout, "does not answer its heartbeat");
   EXPECT_LE(clock.now() - begun, 5s);
   fake.unscript("aim");
   fake.unscript("ping");

@@ -41,7 +41,7 @@ export class LiveCell {
     return out.trim();
   }
 
-  /** Lets somebody in. Returns his token. */
+  /** Gives a client access. Returns his token. */
   access(name, role, ...options) {
     return this.offline("access", "add", name, "--role", role, ...options, "--cell", this.place.cell_file);
   }

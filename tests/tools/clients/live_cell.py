@@ -124,7 +124,7 @@ class LiveCell:
         return out.strip()
 
     def access(self, name, role, *options):
-        """Lets somebody in. Returns the token, if he has one."""
+        """Gives a client access. Returns the token, if he has one."""
         return self.made("access", "add", name, "--role", role, *options, "--cell", self.cell_file)
 
     def steer(self, line):

@@ -193,7 +193,7 @@ const std::vector<Case> kCases{
        silence(seen);
        seen.rsi.seen.reset();
        seen.rsi.unclaimed = 375;
-     }, "rsi", Level::Warning, "375 UDP packets came to ports that nobody has: as root", "RSI_ON"},
+     }, "rsi", Level::Warning, "375 UDP packets came to ports without a program: as root", "RSI_ON"},
     {"OtherPort", [](auto&, auto& seen) {
        silence(seen);
        seen.rsi.seen = {{kSource, {kPc, 49153}, 375}};

@@ -9,7 +9,7 @@ export const USAGE = `truepose-opcua: OPC UA server in front of the control port
   --daemon HOST:PORT   the daemon; default $TRUEPOSE_DAEMON, else 127.0.0.1:7210
   --token-file FILE    with the token by which this server itself looks at the cell: a viewer's is enough; default
                        $TRUEPOSE_TOKEN_FILE
-  --tls-ca FILE        HOST:PORT is the daemon's TLS port, whose certificate is from this CA (PEM); default $TRUEPOSE_TLS_CA
+  --tls-ca FILE        HOST:PORT is the daemon's TLS port; its certificate is from this CA (PEM); default $TRUEPOSE_TLS_CA
   --cert FILE          certificate to be known by (PEM) instead of a token, with --key FILE
   --listen HOST:PORT   where OPC UA clients connect; default $TRUEPOSE_OPCUA_LISTEN, else 127.0.0.1:4840
   --pki DIR            own certificate and trust list; default $STATE_DIRECTORY/pki, else ~/.local/state/truepose-opcua/pki

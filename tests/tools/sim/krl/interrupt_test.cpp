@@ -261,7 +261,7 @@ TEST(Resume, OutOfAFunctionInAnExpressionStopsTheProgram) {
   bench.host.set("$FLAG[1]", true);
   bench.run_for(0s);
   EXPECT_EQ(bench.interpreters[0].fault()->text(),
-            "p.src:11: RESUME would come back into the middle of an expression");
+            "p.src:11: RESUME would return into the middle of an expression");
 }
 
 TEST(ProgramControl, DoesNotLetGoOfABrakedArm) {
