@@ -23,6 +23,7 @@ std::string text_in(const krl::ExternalCall& call, std::size_t argument) {
 EkiFile::Type type_in(std::string_view name) {
   if (name == "INT") return EkiFile::Type::Int;
   if (name == "REAL") return EkiFile::Type::Real;
+  if (name == "FRAME") return EkiFile::Type::Frame;
   return name == "BOOL" ? EkiFile::Type::Bool : EkiFile::Type::String;
 }
 
@@ -95,6 +96,10 @@ std::expected<CallResult, std::string> Controller::eki(krl::ExternalCall& call) 
 std::expected<CallResult, std::string> Controller::eki_element(krl::ExternalCall& call, EkiChannel& channel) {
   const std::string element = text_in(call, 1);
   if (call.name == "EKI_CHECKBUFFER") return eki_status(&channel, element, kNoError);
+  if (call.name == "EKI_CLEARBUFFER") {
+    channel.clear_buffer(element);
+    return eki_status(&channel, element, kNoError);
+  }
   if (call.name == "EKI_SEND") {
     const auto document = channel.document(element);
     if (!document) return std::unexpected(text_in(call, 0) + ": " + document.error());

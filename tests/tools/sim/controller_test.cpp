@@ -391,6 +391,48 @@ TEST(Controller, TakesTimeForMotionsWithoutWay) {
   EXPECT_LE(motions, 505) << "4 ms each at least";
 }
 
+constexpr const char* kSensorChannel = R"(<ETHERNETKRL>
+  <CONFIGURATION>
+    <EXTERNAL><TYPE>Client</TYPE></EXTERNAL>
+    <INTERNAL><PORT>54600</PORT><ALIVE Set_Flag="1"/></INTERNAL>
+  </CONFIGURATION>
+  <RECEIVE><XML>
+    <ELEMENT Tag="Sensor/Action" Type="INT"/>
+    <ELEMENT Tag="Sensor/Frame" Type="FRAME"/>
+    <ELEMENT Tag="Sensor" Set_Flag="4"/>
+  </XML></RECEIVE>
+  <SEND><XML>
+    <ELEMENT Tag="Robot/Pos/@X"/><ELEMENT Tag="Robot/Pos/@Y"/><ELEMENT Tag="Robot/Pos/@Z"/>
+    <ELEMENT Tag="Robot/Pos/@A"/><ELEMENT Tag="Robot/Pos/@B"/><ELEMENT Tag="Robot/Pos/@C"/>
+    <ELEMENT Tag="Robot/Left"/>
+  </XML></SEND>
+</ETHERNETKRL>)";
+
+TEST(Controller, ServesAChannelOfAnyNameWithFramesAndClearedBuffers) {
+  ControllerSetup setup = with_program(
+      "DECL EKI_STATUS RET\nDECL FRAME F\nRET=EKI_Init(\"Sensor\")\nRET=EKI_Open(\"Sensor\")\n"
+      "WAIT FOR $FLAG[4]\nRET=EKI_GetFrame(\"Sensor\",\"Sensor/Frame\",F)\nF.X=F.X+1\n"
+      "RET=EKI_SetFrame(\"Sensor\",\"Robot/Pos\",F)\nRET=EKI_ClearBuffer(\"Sensor\",\"Sensor\")\n"
+      "RET=EKI_CheckBuffer(\"Sensor\",\"Sensor/Action\")\n"
+      "RET=EKI_SetInt(\"Sensor\",\"Robot/Left\",RET.BUFF)\nRET=EKI_Send(\"Sensor\",\"Robot\")\n"
+      "RET=EKI_Clear(\"Sensor\")\n");
+  setup.eki_files.emplace("Sensor", kSensorChannel);
+  Controller controller{setup};
+  controller.advance(100ms);
+  ASSERT_TRUE(controller.connect("Sensor"));
+  controller.receive("Sensor",
+                     "<Sensor><Action>7</Action>"
+                     "<Frame X=\"1.5\" Y=\"2\" Z=\"3\" A=\"-4\" B=\"5\" C=\"6\"/></Sensor>");
+  controller.advance(100ms);
+  EXPECT_THAT(controller.take_messages(), IsEmpty());
+  const auto documents = controller.take_documents();
+  ASSERT_EQ(documents.size(), 1U);
+  EXPECT_EQ(documents[0].text,
+            "<Robot><Pos X=\"2.500000\" Y=\"2.000000\" Z=\"3.000000\" A=\"-4.000000\" B=\"5.000000\" "
+            "C=\"6.000000\"></Pos><Left>0</Left></Robot>");
+  EXPECT_THAT(controller.take_closed(), ElementsAre("Sensor")) << "EKI_Clear closes the client";
+}
+
 TEST(Controller, SetsParametersOfTheContextByTheirNames) {
   ControllerSetup setup = with_program(
       "DECL INT ID\nDECL REAL WAS,NOW\nIF RSI_CREATE(\"truepose_rsi\",ID,TRUE)<>RSIOK THEN\nHALT\nENDIF\n"
