@@ -78,6 +78,11 @@ JointVector home(const config::Scenario& scenario) {
   return q;
 }
 
+/// In place of the sps.sub that each controller has.
+krl::Source idle_submit() {
+  return {.file = "sps.sub", .text = "DEF SPS()\nLOOP\nWAIT SEC 0.012\nENDLOOP\nEND\n"};
+}
+
 rsi::Context loaded_context(const config::Scenario& scenario) {
   for (const auto& [path, text] : files_of(scenario)) {
     const std::string name = fs::path{path}.filename();
@@ -125,6 +130,8 @@ ControllerSetup controller_setup(const config::Scenario& scenario) {
   }
   for (const fs::path& file : scenario.programs)
     replace_with(setup.programs, {{file.filename(), config::read_text_file(file)}});
+  const auto is_submit = [](const krl::Source& source) { return module_file(source) == "SPS.SUB"; };
+  if (std::ranges::none_of(setup.programs, is_submit)) setup.programs.push_back(idle_submit());
   return setup;
 }
 

@@ -117,12 +117,31 @@ ControllerSetup listening_controller(const config::Scenario& scenario, const rsi
   ControllerSetup setup = controller_setup(scenario);
   setup.rsi_parameter = [context](const RsiParameter& parameter) { return value_of(context, parameter); };
   for (const std::string& channel : {kCellLink, kCellState}) {
-    if (!setup.eki_files.contains(channel))
-      throw std::invalid_argument{"the controller has no " + channel + ".xml in its eki folder"};
+    const auto names_it = [&](const krl::Source& program) {
+      return program.text.find('"' + channel + '"') != std::string::npos;
+    };
+    if (!setup.eki_files.contains(channel) && std::ranges::any_of(setup.programs, names_it))
+      throw std::invalid_argument{"the controller has no " + channel +
+                                  ".xml in its eki folder, and its programs name that channel"};
   }
   setup.on_news = std::move(on_news);
   if (path != nullptr) setup.on_cycle = [path](const ProgramCycle& cycle) { path->take(cycle); };
   return setup;
+}
+
+/// truepose's own channels where the command line wants them, the others where their files do.
+std::vector<EkiPort> eki_ports(const Controller& controller, std::uint16_t first) {
+  std::vector<EkiPort> ports;
+  for (const auto& [channel, port] : controller.eki_ports()) {
+    if (channel == kCellLink) {
+      ports.push_back({channel, first});
+    } else if (channel == kCellState) {
+      ports.push_back({channel, static_cast<std::uint16_t>(first == 0 ? 0 : first + 1)});
+    } else {
+      ports.push_back({.channel = channel, .port = port, .is_taken_late = true});
+    }
+  }
+  return ports;
 }
 
 std::unique_ptr<PathLog> path_log(const config::Scenario& scenario, const std::filesystem::path& file) {
@@ -151,11 +170,8 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
       controller_{listening_controller(
           scenario_, context_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
       next_change_{executor},
-      eki_{executor,
-           options_.address,
-           {{kCellLink, options_.eki_port},
-            {kCellState, static_cast<std::uint16_t>(options_.eki_port == 0 ? 0 : options_.eki_port + 1)}},
-           *this},
+      eki_ports_{eki_ports(controller_, options_.eki_port)},
+      eki_{executor, options_.address, eki_ports_, *this},
       tracker_{listening_tracker(
           executor, *this, [this](const Eigen::Vector3d& p_true_mm) { return measured(p_true_mm); },
           orientation_noise(scenario_, options_.seed), [this](std::uint64_t number) { point_begins(number); },
@@ -181,7 +197,13 @@ void SimulatedCell::flush_path() {
 }
 
 SimulatedCell::Ports SimulatedCell::ports() const {
-  return {eki_.port(kCellLink), eki_.port(kCellState), tracker_->port()};
+  Ports ports{eki_.port(kCellLink), eki_.port(kCellState), tracker_->port(), {}};
+  for (EkiPort its : eki_ports_) {
+    if (!its.is_taken_late) continue;
+    if (const std::uint16_t taken = eki_.port(its.channel); taken != 0) its.port = taken;
+    ports.others.push_back(std::move(its));
+  }
+  return ports;
 }
 
 CellStatistics SimulatedCell::statistics() const {
@@ -248,6 +270,7 @@ void SimulatedCell::pass_time() {
 /// Makes the rest of the cell agree with the controller's new state.
 void SimulatedCell::follow() {
   say_what_is_new();
+  restart_after_halt();
   for (; stops_seen_ < controller_.stops(); ++stops_seen_) {
     arm_.warm_up(now());
     arm_.move_to(controller_.axes());
@@ -267,10 +290,16 @@ void SimulatedCell::follow() {
   });
 }
 
+void SimulatedCell::restart_after_halt() {
+  const std::uint64_t halts = controller_.halts();
+  if (std::exchange(halts_seen_, halts) != halts)
+    operate_later(std::chrono::ceil<SimTime>(Seconds{scenario_.operator_s}),
+                  {.kind = OperatorAct::Kind::Start});
+}
+
 void SimulatedCell::say_what_is_new() {
   for (const std::string& channel : controller_.take_closed()) eki_.close(channel);
-  for (const std::string& channel : {kCellLink, kCellState})
-    eki_.listen(channel, controller_.is_open(channel));
+  for (const EkiPort& its : eki_ports_) eki_.listen(its.channel, controller_.is_open(its.channel));
   for (Controller::Document& document : controller_.take_documents())
     eki_.send(document.channel, std::move(document.text));
   for (const std::string& message : controller_.take_messages())
