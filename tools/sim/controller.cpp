@@ -479,6 +479,8 @@ void Controller::take(const FlowEffects& effects) {
     variables_["$SEN_PREA[" + std::to_string(index) + "]"] = value;
   for (const auto& [index, value] : effects.outputs)
     variables_["$OUT[" + std::to_string(index) + "]"] = value;
+  for (const auto& [index, value] : effects.analog)
+    variables_["$ANOUT[" + std::to_string(index) + "]"] = value;
   if (effects.leaves_movecorr) {
     in_movecorr_ = false;
     stream_path_.reset();

@@ -354,6 +354,15 @@ TEST(Controller, LetsTheNamesOfTheScenarioPassTheAdvanceRun) {
   }
 }
 
+TEST(Controller, ShowsItsProgramsTheAnalogOutputsOfRsi) {
+  Controller controller{with_program("WAIT FOR $ANOUT[3]<-0.2\nMsgNotify(\"low\",\"x\")\n")};
+  controller.advance(100ms);
+  EXPECT_THAT(controller.take_messages(), IsEmpty());
+  controller.take({.monitor_axis = {}, .analog = {{3, -0.25}}});
+  controller.advance(100ms);
+  EXPECT_THAT(controller.take_messages(), ElementsAre("low"));
+}
+
 /// A program that is stopped leaves RSI on: the axes go on by its cycles.
 TEST(Controller, IsJoggedUnderRsiOnceItsProgramIsStopped) {
   Controller controller{
