@@ -336,7 +336,10 @@ void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   const auto stranger = [this](const std::string& name) {
     boost::asio::post(executor_, [=, this] { tell_of_stranger(name); });
   };
-  rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, stranger});
+  const auto rejected = [this](const std::string& line) {
+    boost::asio::post(executor_, [line] { std::fprintf(stderr, "%s\n", line.c_str()); });
+  };
+  rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, stranger, rejected});
 }
 
 void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {
