@@ -34,10 +34,9 @@ struct ControllerSetup {
   std::vector<krl::Source> programs;                            ///< .src, .sub and .dat
   std::map<std::string, std::string, std::less<>> eki_files{};  ///< EKI configurations, by channel
   std::vector<std::string> contexts{};                          ///< names of the RSI contexts that it has
-  /// What a parameter of theirs is; none where there is no such one.
-  std::function<std::optional<double>(const RsiParameter&)> rsi_parameter = [](const RsiParameter&) {
-    return std::optional<double>{};
-  };
+  /// What a parameter of one of them is; none where there is no such one.
+  std::function<std::optional<double>(const std::string& context, const RsiParameter&)> rsi_parameter =
+      [](const std::string&, const RsiParameter&) { return std::optional<double>{}; };
   std::string selected = "TRUEPOSE_MOTION";  ///< and started, as is
   /// System variables and subprograms that do not stop the advance run, in capitals.
   std::vector<std::string> pass_advance_run = {};

@@ -12,7 +12,6 @@
 #include "core/math/angles.hpp"
 #include "core/simulate/true_arm.hpp"
 #include "tools/sim/bridge_server.hpp"
-#include "tools/sim/controller_setup.hpp"
 #include "tools/sim/emscon_server.hpp"
 
 namespace truepose::sim {
@@ -112,10 +111,16 @@ OrientationNoise orientation_noise(const config::Scenario& scenario, std::uint64
   };
 }
 
-ControllerSetup listening_controller(const config::Scenario& scenario, const rsi::Context& context,
+/// @param contexts  filled with those of the controller; outlive it
+ControllerSetup listening_controller(const config::Scenario& scenario, RsiContexts& contexts,
                                      std::function<void()> on_news, PathLog* path) {
   ControllerSetup setup = controller_setup(scenario);
-  setup.rsi_parameter = [context](const RsiParameter& parameter) { return value_of(context, parameter); };
+  contexts = rsi_contexts(scenario, setup.programs);
+  setup.contexts.clear();
+  for (const auto& [name, context] : contexts) setup.contexts.push_back(name);
+  setup.rsi_parameter = [&contexts](const std::string& context, const RsiParameter& parameter) {
+    return value_of(contexts.at(context), parameter);
+  };
   for (const std::string& channel : {kCellLink, kCellState}) {
     const auto names_it = [&](const krl::Source& program) {
       return program.text.find('"' + channel + '"') != std::string::npos;
@@ -161,14 +166,13 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
     : executor_{executor},
       scenario_{std::move(scenario)},
       ethernet_{std::move(ethernet)},
-      context_{rsi_context(scenario_)},
       options_{std::move(options)},
       arm_{arm_setup(scenario_), options_.seed},
       sight_{sight_of(scenario_)},
       noise_random_{options_.seed ^ kNoiseStream},
       path_{path_log(scenario_, options_.path_file)},
       controller_{listening_controller(
-          scenario_, context_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
+          scenario_, contexts_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
       next_change_{executor},
       eki_ports_{eki_ports(controller_, options_.eki_port)},
       eki_{executor, options_.address, eki_ports_, *this},
@@ -308,7 +312,7 @@ void SimulatedCell::say_what_is_new() {
 
 void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   rsi_session_ = session.number;
-  rsi::Context context = context_;
+  rsi::Context context = contexts_.at(session.context);
   for (const RsiParameter& parameter : session.parameters) set_parameter(context, parameter);
   const RsiSetup setup{.nominal = scenario_.rsi_arm.value_or(scenario_.nominal),
                        .ethernet = ethernet_,

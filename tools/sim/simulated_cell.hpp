@@ -17,6 +17,7 @@
 #include "core/simulate/true_arm.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/controller.hpp"
+#include "tools/sim/controller_setup.hpp"
 #include "tools/sim/eki_server.hpp"
 #include "tools/sim/path_log.hpp"
 #include "tools/sim/rsi_runner.hpp"
@@ -102,7 +103,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   boost::asio::any_io_executor executor_;
   config::Scenario scenario_;
   rsi::EthernetConfig ethernet_;
-  rsi::Context context_;
+  RsiContexts contexts_;  // before the controller, which fills them
   CellOptions options_;
   TrueArm arm_;
   mutable std::optional<PoseChecker> sight_;  // what the arm's body hides; none: nothing

@@ -451,7 +451,7 @@ TEST(Controller, SetsParametersOfTheContextByTheirNames) {
       "IF RSI_GETPUBLICPAR(ID,\"axiscorr_1\",\"lowerlima1\",NOW)<>RSIOK THEN\nHALT\nENDIF\n"
       "IF (WAS<>-5.0) OR (NOW<>-2.5) THEN\nHALT\nENDIF\n"
       "IF RSI_ON(#RELATIVE,#IPO_FAST)<>RSIOK THEN\nHALT\nENDIF\nRSI_MOVECORR()\n");
-  setup.rsi_parameter = [](const RsiParameter& parameter) {
+  setup.rsi_parameter = [](const std::string&, const RsiParameter& parameter) {
     return parameter.parameter == "Bad" ? std::nullopt : std::optional{-5.0};
   };
   Controller controller{setup};

@@ -277,6 +277,27 @@ TEST(SimulatedCell, RefusesAProgramThatNamesAChannelOfTrueposeWithoutItsFile) {
                std::invalid_argument);
 }
 
+TEST(SimulatedCell, RunsTheContextThatItsProgramNames) {
+  for (const std::string name : {"Sensor", "Sensor.rsi", "Other"}) {
+    const TempFolder folder;
+    asio::io_context io{1};
+    const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9, .speedup = 500};
+    config::Scenario scenario = cell_of_its_own(
+        folder, "DECL INT ID\nIF RSI_CREATE(\"" + name +
+                    "\",ID,TRUE)<>RSIOK THEN\nHALT\nENDIF\n"
+                    "IF RSI_ON(#ABSOLUTE,#IPO_FAST)<>RSIOK THEN\nHALT\nENDIF\nRSI_MOVECORR()\n");
+    scenario.operator_s = 1e6;
+    std::filesystem::create_directories(folder.path() / "files/rsi");
+    folder.write("files/rsi/Sensor.rsi.xml",
+                 rsi::context_xml(rsi::truepose_context({}), rsi::ContextFormat::RsiXml));
+    SimulatedCell cell{io.get_executor(), std::move(scenario), shipped_ethernet(), options};
+    const bool is_there = name != "Other";
+    EXPECT_EQ(cell.statistics().rsi.sessions, is_there ? 1U : 0U) << name;
+    EXPECT_EQ(cell.program().state, is_there ? eki::ProgramState::Active : eki::ProgramState::Stopped)
+        << name;
+  }
+}
+
 TEST(SimulatedCell, HasItsProgramStartedAgainAfterHalt) {
   const TempFolder folder;
   asio::io_context io{1};
