@@ -58,7 +58,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   struct Ports {
     std::uint16_t eki, eki_state;  ///< 0 where the controller has no CellLink or no CellState
     std::uint16_t tracker;
-    std::vector<EkiPort> others;  ///< channels beside those two; port 0: not open yet, a free one then
+    std::vector<EkiPort> others;  ///< further channels; port 0: not open yet, a free one then
   };
   Ports ports() const;
   CellStatistics statistics() const;

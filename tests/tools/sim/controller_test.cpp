@@ -521,6 +521,23 @@ TEST(Controller, MakesInlineFormsWithTheToolAndBaseOfTheirNumbers) {
   }
 }
 
+TEST(Controller, LoadsLinDataAsKss8WritesItIntoDataLists) {
+  ControllerSetup setup =
+      with_program("BAS(#INITMOV,0)\nLDAT_ACT=LCPDAT1\nFDAT_ACT=FP1\nBAS(#CP_PARAMS,0.5)\n");
+  setup.programs.push_back(
+      {"part.dat",
+       "DEFDAT PART\nDECL FDAT FP1={TOOL_NO 0,BASE_NO 0,IPO_FRAME #BASE,POINT2[] \" \"}\n"
+       "DECL LDAT LCPDAT1={VEL 2.0,ACC 100.0,APO_DIST 500.0,APO_FAC 50.0,AXIS_VEL 100.0,AXIS_ACC 100.0,"
+       "ORI_TYP #VAR,CIRC_TYP #BASE,JERK_FAC 50.0,GEAR_JERK 100.0,EXAX_IGN 0,CB {AUX_PT {ORI #CONSIDER,"
+       "E1 #CONSIDER,E2 #CONSIDER,E3 #CONSIDER,E4 #CONSIDER,E5 #CONSIDER,E6 #CONSIDER},TARGET_PT "
+       "{ORI #INTERPOLATE,E1 #INTERPOLATE,E2 #INTERPOLATE,E3 #INTERPOLATE,E4 #INTERPOLATE,"
+       "E5 #INTERPOLATE,E6 #INTERPOLATE}}}\nENDDAT"});
+  Controller controller{setup};
+  controller.advance(5s);
+  EXPECT_THAT(controller.take_messages(), IsEmpty());
+  EXPECT_EQ(controller.program().state, eki::ProgramState::Ended);
+}
+
 TEST(Controller, NamesTheLineOfAProgramThatItCannotLoad) {
   ControllerSetup setup = controller_setup(demo_cell());
   setup.programs.push_back({"customer.src", "DEF CUSTOMER()\n  PTP NOWHERE\nEND\n"});
