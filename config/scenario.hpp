@@ -114,7 +114,7 @@ struct Scenario {
   /// whether they do. Here they do.
   std::vector<std::string> pass_advance_run;
   std::string selected = "TRUEPOSE_MOTION";  ///< the program that runs at first
-  double operator_s = 2;  ///< after a stop by the controller itself somebody acknowledges and starts again
+  double operator_s = 2;  ///< from HALT or a stop by RSI until the operator acknowledges and starts again
 
   /// Standard deviation of a tracker reading: constant + per metre of distance, along and across the beam.
   struct TrackerNoise {

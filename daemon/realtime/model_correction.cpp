@@ -46,6 +46,8 @@ bool ModelCorrection::solve(const JointVector& commanded) noexcept {
   const auto compensated =
       foresight_.at_joints_within(kSolverSteps, *model.compensation, commanded, model.p_F_mm, search_);
   found_ = compensated && compensated->q.allFinite();
+  no_solution_.reset();
+  if (!compensated) no_solution_ = compensated.error();
   if (!found_) return false;
   value_ = compensated->q - commanded;
   damped_ = compensated->damped;

@@ -30,6 +30,8 @@ class ModelCorrection {
   /// Brings value() up to date. @return false where the calibrated arm has no solution, none near, or none
   /// yet
   bool solve(const JointVector& commanded) noexcept;
+  /// Why the last search found nothing; none where it is not over.
+  const std::optional<CompensationFault>& no_solution() const noexcept { return no_solution_; }
   /// rad, of the last solution; zero without a model.
   const JointVector& value() const noexcept { return value_; }
   bool damped() const noexcept { return damped_; }  ///< the last solution, next to the wrist singularity
@@ -48,6 +50,7 @@ class ModelCorrection {
   JointVector search_ = JointVector::Zero(6);        // where the solver is, of value_
   JointVector searched_for_ = JointVector::Zero(6);  // commanded axes
   JointVector value_ = JointVector::Zero(6);
+  std::optional<CompensationFault> no_solution_;
   bool found_ = false, damped_ = false;
 };
 

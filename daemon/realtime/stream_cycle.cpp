@@ -300,7 +300,8 @@ std::string_view StreamCycle::reply() noexcept {
 /// Out of RSI_MOVECORR, where a program of its own is, the Stop object would be an error. A lost reply ends
 /// the pulse (HOLDON="0"), the next begins another.
 bool StreamCycle::asks_to_leave() const noexcept {
-  const bool faulted = status_.fault == StreamFault::BoundBroken || status_.fault == StreamFault::NoSolution;
+  const bool faulted = status_.fault == StreamFault::BoundBroken ||
+                       status_.fault == StreamFault::NoSolution || status_.fault == StreamFault::JointLimit;
   return !program_.production() && (faulted || (engagement() == Engagement::Leaving && at_rest()));
 }
 
@@ -381,7 +382,7 @@ bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept 
     if (engaged) {
       ramp_.start_from_current();
       unsolved_ += cycles;
-      if (unsolved_ >= options_.broken_cycles) raise(FoundFault{StreamFault::NoSolution, {}});
+      if (unsolved_ >= options_.broken_cycles) raise(unsolved());
       return false;
     }
     // On the way out the model's last wish serves: the correction must come to zero in any case.
@@ -399,13 +400,39 @@ bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept 
   correction_ = bounded.correction;
 
   broken_ = engaged && bounded.clamps.broken() ? broken_ + cycles : 0;
-  if (broken_ >= options_.broken_cycles) raise(broken_bound(wanted, bounded));
+  if (broken_ >= options_.broken_cycles) raise(broken_bound(commanded, wanted, bounded));
   return !bounded.clamps.not_finite;
 }
 
-/// The axis that gets least of what the model asks for.
-FoundFault StreamCycle::broken_bound(const JointVector& wanted,
+FoundFault StreamCycle::unsolved() const noexcept {
+  const auto& why = model_.no_solution();
+  const bool at_limit = why && why->kind == CompensationFault::Kind::BeyondLimit;
+  return at_limit ? joint_limit(why->joint, why->q_wrong) : FoundFault{StreamFault::NoSolution, {}};
+}
+
+/// @param q_rad  where the axis is with its correction
+FoundFault StreamCycle::joint_limit(Eigen::Index axis, double q_rad) const noexcept {
+  const double lower = bounds_.min[axis] + bounds_.limit_margin;
+  const double upper = bounds_.max[axis] - bounds_.limit_margin;
+  return {StreamFault::JointLimit,
+          {.axis = static_cast<int>(axis) + 1,
+           .value = q_rad * kDegPerRad,
+           .limit = (q_rad < lower ? lower : upper) * kDegPerRad}};
+}
+
+/// The axis that its limit holds back most, else the one that gets least of what the model asks for.
+FoundFault StreamCycle::broken_bound(const JointVector& commanded, const JointVector& wanted,
                                      const BoundedCorrection& bounded) const noexcept {
+  if (bounded.clamps.limit && !bounded.clamps.total) {
+    const JointVector q = commanded + wanted;
+    const auto beyond = [&](Eigen::Index i) {
+      return std::max(bounds_.min[i] - q[i], q[i] - bounds_.max[i]);
+    };
+    Eigen::Index farthest = 0;
+    for (Eigen::Index i = 1; i < kAxes; ++i)
+      if (beyond(i) > beyond(farthest)) farthest = i;
+    return joint_limit(farthest, q[farthest]);
+  }
   Eigen::Index axis = 0;
   (wanted - bounded.correction).cwiseAbs().maxCoeff(&axis);
   const double limit = bounded.clamps.total ? bounds_.max_total : std::abs(bounded.correction[axis]);

@@ -155,7 +155,10 @@ class StreamCycle final : public drivers::RsiResponder {
   void look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
   void count(const CorrectionClamps& clamps) noexcept;
-  FoundFault broken_bound(const JointVector& wanted, const BoundedCorrection& bounded) const noexcept;
+  FoundFault unsolved() const noexcept;
+  FoundFault joint_limit(Eigen::Index axis, double q_rad) const noexcept;
+  FoundFault broken_bound(const JointVector& commanded, const JointVector& wanted,
+                          const BoundedCorrection& bounded) const noexcept;
 
   void raise(const std::optional<FoundFault>& found) noexcept;
   void update_state() noexcept;

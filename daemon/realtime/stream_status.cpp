@@ -42,6 +42,10 @@ FaultText text_of(StreamFault fault, const FaultDetail& detail) {
           "the calibrated arm cannot reach the commanded poses, or only by corrections as large as a "
           "singularity asks for",
           "check the program and the model"};
+    case StreamFault::JointLimit:
+      return {axis(detail) + " with its correction is at " + deg(detail.value) + ", beyond its limit of " +
+                  deg(detail.limit) + " (robot.file, less stream.limit_margin_deg)",
+              "move the program's points inside the limit, or correct the limit in robot.file"};
     case StreamFault::RepliesRejected:
       return {
           "the controller does not take replies that were sent in time: the ethernet configuration on "
@@ -55,8 +59,8 @@ FaultText text_of(StreamFault fault, const FaultDetail& detail) {
                        ? ""
                        : ", and its address sent from port " + std::to_string(detail.ports[0]) +
                              ", and within a second from port " + std::to_string(detail.ports[1])),
-              "set stream.cycle_ms to the cycle of the program's RSI_ON (4 for #IPO_FAST, 12 for #IPO) and "
-              "restart trueposed, or start RSI in the other" +
+              "set stream.cycle_ms to " + formatted("%.0f", detail.value) +
+                  " and restart trueposed, or start RSI in the configured cycle (#IPO_FAST 4, #IPO 12)" +
                   std::string{detail.ports[0] == 0 ? "" : ", or end the second program that sends there"}};
     case StreamFault::NotSent: {
       const std::string element{detail.element};

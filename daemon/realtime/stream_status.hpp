@@ -38,13 +38,15 @@ enum class StreamFault : std::uint8_t {
                 ///< to stop
   RepliesRejected,  ///< the controller counts replies as late that were sent in time
   WrongCycle,       ///< the controller's IPOC does not rise by the configured cycle
-  NotSent,   ///< no frame has an element that the configuration sends, and that the stream is watched by
-  WrongArm,  ///< RIst is not where the nominal arm's flange is at AIPos
+  NotSent,     ///< no frame has an element that the configuration sends, and that the stream is watched by
+  WrongArm,    ///< RIst is not where the nominal arm's flange is at AIPos
+  JointLimit,  ///< an axis is beyond its limit, for long, or its correction leads there; the controller is
+               ///< asked to stop
 };
 inline constexpr std::array kStreamFaults{StreamFault::NotFollowing, StreamFault::BoundBroken,
                                           StreamFault::NoSolution,   StreamFault::RepliesRejected,
                                           StreamFault::WrongCycle,   StreamFault::NotSent,
-                                          StreamFault::WrongArm};  ///< but None
+                                          StreamFault::WrongArm,     StreamFault::JointLimit};  ///< but None
 
 std::string_view name(StreamState state);
 inline constexpr std::array kStreamStates{
@@ -53,9 +55,9 @@ inline constexpr std::array kStreamStates{
 
 /// What a fault is about, as far as it has an axis and numbers.
 struct FaultDetail {
-  int axis = 0;                ///< 1..6; 0 = none
-  double value = 0;            ///< deg; WrongCycle: the IPOC's step; WrongArm: mm
-  double limit = 0;            ///< in the same unit
+  int axis = 0;      ///< 1..6; 0 = none
+  double value = 0;  ///< deg, of JointLimit with its correction; WrongCycle: the IPOC's step; WrongArm: mm
+  double limit = 0;  ///< in the same unit
   double uncertain = 0;        ///< NotFollowing: value is known to so much
   std::string_view element{};  ///< NotSent: its name, a constant
   std::array<std::uint16_t, 2>

@@ -383,7 +383,7 @@ TrackerTask<Reading> EmsconTracker::Session::reading() {
       co_return std::unexpected(beam_broken(describe_status(error->status)));
     } else if (const auto* change = std::get_if<SystemStatusChange>(&*packet)) {
       if (change->event == SystemEvent::MeasurementNotReady) {
-        co_return std::unexpected(beam_broken("the tracker is not ready to measure any more (event 25)"));
+        co_return std::unexpected(beam_broken("the tracker is not able to measure points (event 25)"));
       }
     } else if (const auto* single = std::get_if<SingleMeasResult>(&*packet)) {
       result = reading_of(*single);

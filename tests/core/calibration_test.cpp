@@ -332,7 +332,7 @@ TEST(Calibrate, KeepsAReflectorAtTheFlangeThatNoTurnOfItShowsAndSaysSo) {
   const auto tells = [](const Combination& c) { return c.sentence.find("smr.1") != std::string::npos; };
   EXPECT_EQ(std::ranges::count_if(result->unknown, tells), 1);
   EXPECT_TRUE(
-      result->unknown.front().sentence.ends_with("is not identifiable apart from base.x, base.y and base.z"));
+      result->unknown.front().sentence.ends_with("cannot be separated from base.x, base.y and base.z"));
 }
 
 TEST(Calibrate, RefusesPosesThatDoNotShowHowTheBaseIsTurned) {

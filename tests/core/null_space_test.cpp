@@ -58,11 +58,11 @@ TEST(NullSpace, NamesTheTwelveRedundanciesOfASixAxisArm) {
                              "base.rx and link1.alpha move together: only their sum is known",
                              "base.ry and link1.beta move together: only their sum is known",
                              "base.rz and link1.theta move together: only their sum is known",
-                             "link2.beta is not identifiable apart from base.z and link2.theta",
+                             "link2.beta cannot be separated from base.z and link2.theta",
                              "link2.d and link3.d move together: only their sum is known",
-                             "link4.beta is not identifiable apart from link2.d and link4.theta",
+                             "link4.beta cannot be separated from link2.d and link4.theta",
                              "link5.theta and link5.beta move together: only their difference is known",
-                             "link6.theta and link6.beta are not identifiable apart from smr.1.x and smr.1.y",
+                             "link6.theta and link6.beta cannot be separated from smr.1.x and smr.1.y",
                              "smr.1.z and link6.d move together: only their sum is known"));
   EXPECT_TRUE(t.weak.empty());
 }
@@ -71,17 +71,17 @@ TEST(NullSpace, SpeaksOfAllAxesOfTheTrackerWhereTheBaseStandsAskew) {
   Random random{3};
   const Told t = told_by_random_poses(example::placed(example::kr210(), random));
   EXPECT_THAT(t.unknown,
-              Contains("link1.a and link1.d are not identifiable apart from base.x, base.y and base.z"));
+              Contains("link1.a and link1.d cannot be separated from base.x, base.y and base.z"));
   EXPECT_THAT(
       t.unknown,
       Contains(
-          "link1.alpha, link1.theta and link1.beta are not identifiable apart from base.rx, base.ry and base.rz"));
+          "link1.alpha, link1.theta and link1.beta cannot be separated from base.rx, base.ry and base.rz"));
 }
 
 TEST(NullSpace, GivesTheToolItsOrientationWithThreeReflectors) {
   const Told t = told_by_random_poses(aligned(example::kr210(), 3));
   EXPECT_EQ(t.null_space.rank, 27 + 6);
-  EXPECT_THAT(t.unknown, Contains("link6.d is not identifiable apart from smr.1.z, smr.2.z and smr.3.z"));
+  EXPECT_THAT(t.unknown, Contains("link6.d cannot be separated from smr.1.z, smr.2.z and smr.3.z"));
 }
 
 TEST(NullSpace, CountsFourParametersForAnAxisThatTurnsAndTwoForOneThatSlides) {
@@ -109,7 +109,7 @@ TEST(NullSpace, NamesBaseAndReflectorWhereTheFlangeNeverTurns) {
   EXPECT_THAT(told(askew, of_one_orientation(askew)).unknown,
               Contains(testing::AllOf(
                   testing::StartsWith("smr.1.*, "),
-                  testing::EndsWith("is not identifiable apart from base.x, base.y and base.z"))));
+                  testing::EndsWith("cannot be separated from base.x, base.y and base.z"))));
   const CalibratedCell straight = aligned(example::kr210());
   EXPECT_THAT(told(straight, of_one_orientation(straight)).unknown,
               Contains(testing::StartsWith("base.y, smr.1.y, ")));
@@ -126,7 +126,7 @@ TEST(NullSpace, SaysOfBaseAndReflectorAloneThatOneOrientationCannotSeparateThem)
   const NullSpace space = null_space(J.leftCols(9) / example::kSigma_mm, std::span{names}.first(9),
                                      Eigen::VectorXd::Ones(9), Eigen::VectorXd::Ones(9));
   ASSERT_EQ(space.unknown.size(), 1U);
-  EXPECT_EQ(space.unknown[0].sentence, "smr.1.* is not identifiable apart from base.x, base.y and base.z");
+  EXPECT_EQ(space.unknown[0].sentence, "smr.1.* cannot be separated from base.x, base.y and base.z");
   EXPECT_THAT(space.unknown[0].parameters, ElementsAre(0, 1, 2, 6, 7, 8));
 }
 

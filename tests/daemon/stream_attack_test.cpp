@@ -158,7 +158,7 @@ TEST(AStreamUnderAttack, MustBeStartedAnewAfterTheControllerFellSilent) {
   rig.ticks(2 * kRampCycles);
   EXPECT_EQ(rig.state(), StreamState::Idle);
   EXPECT_TRUE(rig.applied.isZero(0));
-  EXPECT_THAT(told(*rig.cycle, StreamEventKind::Disarmed), testing::ElementsAre(HasSubstr("started anew")));
+  EXPECT_THAT(told(*rig.cycle, StreamEventKind::Disarmed), testing::ElementsAre(HasSubstr("started again")));
   rig.cycle->engage();
   rig.ticks(kRampCycles + 2);
   EXPECT_EQ(rig.state(), StreamState::Active);

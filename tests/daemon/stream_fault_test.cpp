@@ -1,5 +1,7 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -8,6 +10,9 @@
 
 namespace truepose::daemon {
 namespace {
+
+using testing::HasSubstr;
+using testing::Not;
 
 TEST(StreamFault, FaultsHoldsAndAsksToStopWhenABoundIsBrokenForLong) {
   StreamOptions options = stream_options();
@@ -38,6 +43,41 @@ TEST(StreamFault, FaultsHoldsAndAsksToStopWhenABoundIsBrokenForLong) {
   EXPECT_FALSE(rig.stop);
   EXPECT_TRUE(rig.applied.isZero(0));
   EXPECT_EQ(rig.state(), StreamState::Idle);
+}
+
+TEST(StreamFault, NamesAxisValueAndLimitWhereTheArmIsBeyondAJointLimit) {
+  struct Case {
+    double a1_deg, margin_deg;
+    const char* line;
+  };
+  for (const Case& one :
+       {Case{-186, 0, "A1 with its correction is at -186.0"}, Case{186, 1, "A1 with its correction is at 18"},
+        Case{184.5, 1, "A1 with its correction is at 184."},
+        Case{-184.5, 1, "A1 with its correction is at -184."}}) {
+    StreamOptions options = stream_options();
+    options.limit_margin_rad = one.margin_deg * kRadPerDeg;
+    std::string said;
+    for (const double scale : {3.0, -3.0}) {  // one of them leads outwards
+      StreamRig rig{options};
+      rig.q[0] = one.a1_deg * kRadPerDeg;
+      rig.settle();
+      rig.cycle->use_model(real_arm(scale), 1);
+      rig.cycle->engage();
+      rig.ticks(3 * kRamp);
+      if (rig.status().fault != StreamFault::JointLimit) {
+        EXPECT_EQ(rig.status().fault, StreamFault::None) << reason(rig.status());
+        continue;
+      }
+      EXPECT_EQ(rig.status().detail.axis, 1);
+      EXPECT_TRUE(rig.stop);
+      said = reason(rig.status());
+    }
+    EXPECT_THAT(said, HasSubstr(one.line));
+    const double limit_deg = std::copysign(185 - one.margin_deg, one.a1_deg);
+    EXPECT_THAT(said, HasSubstr("beyond its limit of " + std::to_string(limit_deg).substr(0, 6)));
+    EXPECT_THAT(said, Not(HasSubstr("singularity")));
+    EXPECT_THAT(said, Not(HasSubstr("model")));
+  }
 }
 
 TEST(StreamFault, AsksToLeaveRsiOnceNothingIsInForceAndAgainAfterEachReplyThatIsLost) {

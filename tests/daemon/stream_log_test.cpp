@@ -77,7 +77,7 @@ TEST_F(StreamLogTest, NeverKeepsAChangeOfTheStateBack) {
 
 TEST_F(StreamLogTest, CountsTheEventsForWhichTheRingHadNoRoom) {
   log_.pass(5, t0);
-  EXPECT_THAT(said(), ElementsAre("warning stream: 5 events came too fast to be told"));
+  EXPECT_THAT(said(), ElementsAre("warning stream: 5 events came too fast and were dropped"));
   log_.pass(5, t0 + 1s);
   EXPECT_THAT(said(), IsEmpty());
 }
@@ -102,7 +102,7 @@ TEST_F(StreamLogTest, TellsTheStoryOfAControllerThatIsStartedAnew) {
   rig.ticks(300);
   EXPECT_THAT(said_by(*rig.cycle, t0 + 20s),
               ElementsAre(HasSubstr("the controller began a session at IPOC 1"),
-                          HasSubstr("has in force is known at IPOC 1"), "info stream: ramping in",
+                          HasSubstr("in effect at the controller is known at IPOC 1"), "info stream: ramping in",
                           "info stream: active"));
 }
 

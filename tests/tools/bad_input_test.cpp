@@ -182,7 +182,7 @@ TEST_F(BadInput, ValidationThatTellsTimeInAnotherForm) {
                     validation = folder_.write("v.csv", head + row + "30\n");
   expect_one_line(calibrate({"--robot", kRobot, "--data", data, "--validate", validation}), 2,
                   validation +
-                      ": time: '30', where the data to identify have '2026-11-26T08:00:30Z': tell all times "
+                      ": time: '30', where the data to identify have '2026-11-26T08:00:30Z': write all times "
                       "in one form");
 }
 

@@ -416,7 +416,7 @@ TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {
     FAIL() << "it has ended well";
   } catch (const CommandError& error) {
     EXPECT_EQ(error.exit_code, kUnreachable);
-    EXPECT_THAT(error.message, testing::AllOf(HasSubstr("is lost"), HasSubstr("truepose status says")));
+    EXPECT_THAT(error.message, testing::AllOf(HasSubstr("is lost"), HasSubstr("truepose status has")));
   }
 }
 

@@ -138,7 +138,7 @@ void Controller::advance(Seconds cycle, const JointVector& actual, const JointVe
   run_programs();
   set_points_ = motion_.position();
   if (setup_.on_cycle && rsi_on_) report_cycle(correction);
-  if (has_news()) setup_.on_news();
+  report_news();
 }
 
 void Controller::report_cycle(const JointVector& correction) const {
@@ -153,6 +153,12 @@ void Controller::report_cycle(const JointVector& correction) const {
                    .is_standing = motion_.is_standing()});
 }
 
+/// After a cycle of RSI.
+void Controller::report_news() {
+  const bool has_halted = std::exchange(halts_reported_, halts_) != halts_;
+  if (has_halted || !documents_.empty() || !closed_.empty() || !messages_.empty()) setup_.on_news();
+}
+
 int Controller::sen_pint(int index) const {
   const auto value = variables_.find("$SEN_PINT[" + std::to_string(index) + "]");
   return value == variables_.end() ? 0 : std::get<std::int32_t>(value->second);
@@ -163,10 +169,16 @@ void Controller::stand(Seconds cycle) {
   time_ += sim_time(cycle);
   for (const OperatorAct& act : std::exchange(acts_, {})) this->act(act);
   run_programs();
-  if (has_news()) setup_.on_news();
+  report_news();
 }
 
 // ---- Ethernet KRL
+
+std::map<std::string, std::uint16_t, std::less<>> Controller::eki_ports() const {
+  std::map<std::string, std::uint16_t, std::less<>> ports;
+  for (const auto& [name, channel] : channels_) ports.emplace(name, channel.file().port);
+  return ports;
+}
 
 bool Controller::is_open(std::string_view channel) const {
   const std::lock_guard lock{mutex_};
@@ -364,6 +376,11 @@ Controller::Program Controller::program() const {
   return {.name = selected_, .state = as_told(robot_->state()), .line = robot_->line()};
 }
 
+std::uint64_t Controller::halts() const {
+  const std::lock_guard lock{mutex_};
+  return halts_;
+}
+
 std::expected<void, std::string> Controller::move(const krl::Motion& motion) {
   return motion_.take(motion, mode_ == kT1);
 }
@@ -462,6 +479,8 @@ void Controller::take(const FlowEffects& effects) {
     variables_["$SEN_PREA[" + std::to_string(index) + "]"] = value;
   for (const auto& [index, value] : effects.outputs)
     variables_["$OUT[" + std::to_string(index) + "]"] = value;
+  for (const auto& [index, value] : effects.analog)
+    variables_["$ANOUT[" + std::to_string(index) + "]"] = value;
   if (effects.leaves_movecorr) {
     in_movecorr_ = false;
     stream_path_.reset();

@@ -34,17 +34,17 @@ struct ControllerSetup {
   std::vector<krl::Source> programs;                            ///< .src, .sub and .dat
   std::map<std::string, std::string, std::less<>> eki_files{};  ///< EKI configurations, by channel
   std::vector<std::string> contexts{};                          ///< names of the RSI contexts that it has
-  /// What a parameter of theirs is; none where there is no such one.
-  std::function<std::optional<double>(const RsiParameter&)> rsi_parameter = [](const RsiParameter&) {
-    return std::optional<double>{};
-  };
+  /// What a parameter of one of them is; none where there is no such one.
+  std::function<std::optional<double>(const std::string& context, const RsiParameter&)> rsi_parameter =
+      [](const std::string&, const RsiParameter&) { return std::optional<double>{}; };
   std::string selected = "TRUEPOSE_MOTION";  ///< and started, as is
   /// System variables and subprograms that do not stop the advance run, in capitals.
   std::vector<std::string> pass_advance_run = {};
   std::string submit = "SPS";
   /// What a real controller does not do: visited in a loop while RSI_MOVECORR waits. Empty: the arm stands.
   std::vector<JointVector> stream_path{};
-  /// Called after a cycle of RSI that left documents, closed channels or messages. On the cycles' thread.
+  /// Called after a cycle of RSI that left documents, closed channels, messages or a HALT. On the cycles'
+  /// thread.
   std::function<void()> on_news = [] {};
   /// Called in each cycle of RSI, on its thread; none where nobody looks.
   std::function<void(const ProgramCycle&)> on_cycle{};
@@ -93,6 +93,8 @@ class Controller final : public RsiProgram, private krl::Host {
 
   // ---- Ethernet KRL
 
+  /// Name and configured port of each channel.
+  std::map<std::string, std::uint16_t, std::less<>> eki_ports() const;
   /// Whether the channel listens: a program has opened it.
   bool is_open(std::string_view channel) const;
   /// A client comes. @return false where the channel takes none now
@@ -121,6 +123,7 @@ class Controller final : public RsiProgram, private krl::Host {
   bool is_moving() const;
   std::uint64_t moves() const;  ///< motions that were made
   std::uint64_t stops() const;  ///< how often the arm came to a stand elsewhere
+  std::uint64_t halts() const;  ///< how often the robot program came to HALT
   /// Selected program, line, state and TCP, for who records a path.
   struct Program {
     std::string name;
@@ -166,6 +169,7 @@ class Controller final : public RsiProgram, private krl::Host {
   void go_on() override { motion_.go_on(); }
   void cancel() override;
   void interrupted() override { interrupted_at_ = actual_; }
+  void halted() override { ++halts_; }
   void show(const krl::Message& message) override;
 
   // controller_variables.cpp
@@ -200,7 +204,7 @@ class Controller final : public RsiProgram, private krl::Host {
   void run_programs();
   void report_cycle(const JointVector& correction) const;
   int sen_pint(int index) const;
-  bool has_news() const { return !documents_.empty() || !closed_.empty() || !messages_.empty(); }
+  void report_news();
   void close_rsi();
   void raise(int flag, bool to);
   void drop(EkiChannel& channel);
@@ -227,6 +231,7 @@ class Controller final : public RsiProgram, private krl::Host {
   JointVector stood_at_;
   JointVector interrupted_at_;
   std::uint64_t stops_ = 0;
+  std::uint64_t halts_ = 0, halts_reported_ = 0;
   bool is_switched_on_ = true;
   bool emergency_stop_ = false, gate_open_ = false, drives_on_ = true, stop_message_ = false;
   int mode_ = 4;

@@ -1,6 +1,7 @@
 // The part of Controller that carries out what programs call: messages, Ethernet KRL and RSI.
 #include <boost/algorithm/string/predicate.hpp>
 
+#include "proto/text/device_text.hpp"
 #include "tools/sim/controller.hpp"
 
 namespace truepose::sim {
@@ -23,6 +24,7 @@ std::string text_in(const krl::ExternalCall& call, std::size_t argument) {
 EkiFile::Type type_in(std::string_view name) {
   if (name == "INT") return EkiFile::Type::Int;
   if (name == "REAL") return EkiFile::Type::Real;
+  if (name == "FRAME") return EkiFile::Type::Frame;
   return name == "BOOL" ? EkiFile::Type::Bool : EkiFile::Type::String;
 }
 
@@ -95,6 +97,10 @@ std::expected<CallResult, std::string> Controller::eki(krl::ExternalCall& call) 
 std::expected<CallResult, std::string> Controller::eki_element(krl::ExternalCall& call, EkiChannel& channel) {
   const std::string element = text_in(call, 1);
   if (call.name == "EKI_CHECKBUFFER") return eki_status(&channel, element, kNoError);
+  if (call.name == "EKI_CLEARBUFFER") {
+    channel.clear_buffer(element);
+    return eki_status(&channel, element, kNoError);
+  }
   if (call.name == "EKI_SEND") {
     const auto document = channel.document(element);
     if (!document) return std::unexpected(text_in(call, 0) + ": " + document.error());
@@ -143,7 +149,11 @@ std::expected<CallResult, std::string> Controller::rsi_call(krl::ExternalCall& c
 
 int Controller::rsi_create(krl::ExternalCall& call) {
   const std::string name = text_in(call, 0);
-  if (rsi_context_ || std::ranges::find(setup_.contexts, name) == setup_.contexts.end()) return kRsiFault;
+  if (rsi_context_) return kRsiFault;
+  if (std::ranges::find(setup_.contexts, name) == setup_.contexts.end()) {
+    messages_.push_back("RSI_CREATE: File not found: " + text::device_text(name));
+    return kRsiFault;
+  }
   rsi_context_ = name;
   rsi_parameters_.clear();
   call.arguments[1] = 1;
@@ -153,8 +163,9 @@ int Controller::rsi_create(krl::ExternalCall& call) {
 /// Sets or reads a parameter of the context that was created.
 std::expected<CallResult, std::string> Controller::rsi_parameter(krl::ExternalCall& call) {
   RsiParameter parameter{text_in(call, 1), text_in(call, 2)};
-  std::optional<double> value = setup_.rsi_parameter(parameter);
-  if (!rsi_context_ || !value) return CallResult{.value = kRsiFault};
+  if (!rsi_context_) return CallResult{.value = kRsiFault};
+  std::optional<double> value = setup_.rsi_parameter(*rsi_context_, parameter);
+  if (!value) return CallResult{.value = kRsiFault};
   if (call.name == "RSI_SETPUBLICPAR") {
     if (rsi_on_) return std::unexpected("RSI_SETPUBLICPAR while RSI is on is not simulated");
     const auto* whole = std::get_if<std::int32_t>(&call.arguments[3]);

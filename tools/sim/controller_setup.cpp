@@ -78,15 +78,38 @@ JointVector home(const config::Scenario& scenario) {
   return q;
 }
 
-rsi::Context loaded_context(const config::Scenario& scenario) {
+/// In place of the sps.sub that each controller has.
+krl::Source idle_submit() {
+  return {.file = "sps.sub", .text = "DEF SPS()\nLOOP\nWAIT SEC 0.012\nENDLOOP\nEND\n"};
+}
+
+/// The names under which a context's file is found: RSI 3 has it with ".rsi".
+std::vector<std::string> context_names(const std::string& file) {
+  constexpr std::string_view kRsix = ".rsix", kXml = ".xml", kRsi = ".rsi";
+  if (file.ends_with(kRsix)) return {file.substr(0, file.size() - kRsix.size())};
+  if (!file.ends_with(std::string{kRsi} + std::string{kXml})) return {};
+  const std::string name = file.substr(0, file.size() - kXml.size());
+  return {name, name.substr(0, name.size() - kRsi.size())};
+}
+
+/// Those that the controller loads because a program names them.
+RsiContexts loaded_contexts(const config::Scenario& scenario, const std::vector<krl::Source>& programs) {
+  const auto is_named = [&](const std::string& name) {
+    return name == kContext || std::ranges::any_of(programs, [&](const krl::Source& program) {
+             return program.text.find('"' + name + '"') != std::string::npos;
+           });
+  };
+  RsiContexts contexts;
   for (const auto& [path, text] : files_of(scenario)) {
-    const std::string name = fs::path{path}.filename();
-    if (name != kContext + ".rsix" && name != kContext + ".rsi.xml") continue;
-    auto context = rsi::parse_context(text);
-    if (!context) throw config::ConfigError{path + ": " + context.error()};
-    return *std::move(context);
+    for (const std::string& name : context_names(fs::path{path}.filename())) {
+      if (contexts.contains(name) || !is_named(name)) continue;
+      auto context = rsi::parse_context(text);
+      if (!context) throw config::ConfigError{path + ": " + context.error()};
+      contexts.emplace(name, *std::move(context));
+    }
   }
-  return rsi::truepose_context({});  // what the shipped files are written from
+  contexts.emplace(kContext, rsi::truepose_context({}));  // what the shipped files are written from
+  return contexts;
 }
 
 void put(rsi::Context& context, std::string_view type, const std::string& parameter,
@@ -94,6 +117,21 @@ void put(rsi::Context& context, std::string_view type, const std::string& parame
   for (rsi::ContextObject& object : context.objects) {
     if (object.type == type) object.values[parameter] = value;
   }
+}
+
+/// What the scenario has in place of what the context says.
+void adapt(rsi::Context& context, const std::string& name, const config::Scenario& scenario) {
+  if (scenario.rsi_timeout_cycles)
+    put(context, "ETHERNET", "Timeout", std::to_string(*scenario.rsi_timeout_cycles));
+  if (scenario.rsi_decimals) put(context, "ETHERNET", "Precision", std::to_string(*scenario.rsi_decimals));
+  for (int axis = 1; scenario.axis_corr_limit_deg && axis <= 6; ++axis) {
+    const std::string number = std::to_string(axis);
+    put(context, "AXISCORR", "LowerLimA" + number, formatted("%g", -*scenario.axis_corr_limit_deg));
+    put(context, "AXISCORR", "UpperLimA" + number, formatted("%g", *scenario.axis_corr_limit_deg));
+    put(context, "AXISCORRMON", "MaxA" + number, formatted("%g", *scenario.axis_corr_limit_deg + 1));
+  }
+  if (const auto flow = RsiFlow::of(context); !flow)
+    throw config::ConfigError{"the RSI context " + name + ": " + flow.error()};
 }
 
 }  // namespace
@@ -125,23 +163,15 @@ ControllerSetup controller_setup(const config::Scenario& scenario) {
   }
   for (const fs::path& file : scenario.programs)
     replace_with(setup.programs, {{file.filename(), config::read_text_file(file)}});
+  const auto is_submit = [](const krl::Source& source) { return module_file(source) == "SPS.SUB"; };
+  if (std::ranges::none_of(setup.programs, is_submit)) setup.programs.push_back(idle_submit());
   return setup;
 }
 
-rsi::Context rsi_context(const config::Scenario& scenario) {
-  rsi::Context context = loaded_context(scenario);
-  if (scenario.rsi_timeout_cycles)
-    put(context, "ETHERNET", "Timeout", std::to_string(*scenario.rsi_timeout_cycles));
-  if (scenario.rsi_decimals) put(context, "ETHERNET", "Precision", std::to_string(*scenario.rsi_decimals));
-  for (int axis = 1; scenario.axis_corr_limit_deg && axis <= 6; ++axis) {
-    const std::string number = std::to_string(axis);
-    put(context, "AXISCORR", "LowerLimA" + number, formatted("%g", -*scenario.axis_corr_limit_deg));
-    put(context, "AXISCORR", "UpperLimA" + number, formatted("%g", *scenario.axis_corr_limit_deg));
-    put(context, "AXISCORRMON", "MaxA" + number, formatted("%g", *scenario.axis_corr_limit_deg + 1));
-  }
-  if (const auto flow = RsiFlow::of(context); !flow)
-    throw config::ConfigError{"the RSI context: " + flow.error()};
-  return context;
+RsiContexts rsi_contexts(const config::Scenario& scenario, const std::vector<krl::Source>& programs) {
+  RsiContexts contexts = loaded_contexts(scenario, programs);
+  for (auto& [name, context] : contexts) adapt(context, name, scenario);
+  return contexts;
 }
 
 }  // namespace truepose::sim

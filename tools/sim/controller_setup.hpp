@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "config/scenario.hpp"
 #include "proto/rsi/context.hpp"
@@ -13,7 +15,10 @@ namespace truepose::sim {
 /// used.
 ControllerSetup controller_setup(const config::Scenario& scenario);
 
-/// The RSI context with what the scenario has in its place. Throws ConfigError.
-rsi::Context rsi_context(const config::Scenario& scenario);
+/// RSI contexts by the names that RSI_CREATE takes.
+using RsiContexts = std::map<std::string, rsi::Context, std::less<>>;
+
+/// The contexts that programs name, with what the scenario has in their place. Throws ConfigError.
+RsiContexts rsi_contexts(const config::Scenario& scenario, const std::vector<krl::Source>& programs);
 
 }  // namespace truepose::sim

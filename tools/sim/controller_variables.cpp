@@ -104,7 +104,8 @@ Value Controller::read(std::string_view name, std::optional<int> index) {
   if (written != variables_.end()) return written->second;
   if (name == "$TIMER_STOP") return true;
   const bool is_monitored = name.starts_with("$TORQ") || name.starts_with("$COLLMON");
-  if (is_monitored && index) return 0.0;
+  const bool is_analog = name == "$ANIN" || name == "$ANOUT";
+  if ((is_monitored || is_analog) && index) return 0.0;
   return begins_false(name, index) ? Value{false} : Value{};
 }
 

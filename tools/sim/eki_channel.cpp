@@ -12,6 +12,13 @@ namespace {
 
 using krl::Value;
 
+/// The attributes of a frame, in the order of its components.
+constexpr std::string_view kFrameAttributes = "XYZABC";
+
+std::string frame_tag(std::string_view element, char attribute) {
+  return std::string{element} + "/@" + attribute;
+}
+
 template <typename Number>
 std::optional<Value> number_in(std::string_view text) {
   Number number{};
@@ -32,6 +39,8 @@ std::optional<Value> value_in(const std::string& text, EkiFile::Type type) {
       return std::nullopt;
     case EkiFile::Type::String:
       return text;
+    case EkiFile::Type::Frame:
+      break;  // lies in several attributes
   }
   return std::nullopt;
 }
@@ -62,6 +71,29 @@ std::optional<std::string> text_at(const pugi::xml_document& document, std::stri
   return node ? std::optional<std::string>{node.child_value()} : std::nullopt;
 }
 
+/// X to C of a frame's element. Errors: the attribute that it does not have, or that is no number.
+std::expected<Value, std::string> frame_at(const pugi::xml_document& document, std::string_view element) {
+  krl::Parts frame;
+  for (const char attribute : kFrameAttributes) {
+    const std::string tag = frame_tag(element, attribute);
+    const auto text = text_at(document, tag);
+    if (!text) return std::unexpected(tag + " is missing");
+    const auto number = number_in<double>(*text);
+    if (!number) return std::unexpected(tag + " is \"" + *text + "\", which is no number");
+    frame.push_back(*number);
+  }
+  return frame;
+}
+
+/// Of a received element. Errors: why it has no value of its type.
+std::expected<Value, std::string> value_at(const pugi::xml_document& document, std::string_view tag,
+                                           const std::string& text, EkiFile::Type type) {
+  if (type == EkiFile::Type::Frame) return frame_at(document, tag);
+  auto value = value_in(text, type);
+  if (!value) return std::unexpected(std::string{tag} + " is \"" + text + "\", which is not of its type");
+  return *std::move(value);
+}
+
 /// Writes a value where its tag says.
 void put(pugi::xml_document& document, std::string_view tag, const std::string& text) {
   pugi::xml_node node = document;
@@ -77,6 +109,13 @@ void put(pugi::xml_document& document, std::string_view tag, const std::string& 
   } else {
     child(tag).text().set(text.c_str());
   }
+}
+
+void put_value(pugi::xml_document& document, const std::string& tag, const Value& value) {
+  const auto* const frame = std::get_if<krl::Parts>(&value);
+  if (frame == nullptr) return put(document, tag, std::visit(WrittenValue{}, value));
+  for (std::size_t i = 0; i < frame->size(); ++i)
+    put(document, frame_tag(tag, kFrameAttributes[i]), std::visit(WrittenValue{}, (*frame)[i]));
 }
 
 bool lies_in(std::string_view tag, std::string_view element) {
@@ -114,10 +153,30 @@ std::expected<Value, std::string> EkiChannel::take(std::string_view tag, EkiFile
   return value;
 }
 
+void EkiChannel::clear_buffer(std::string_view element) {
+  std::erase_if(received_, [element](const auto& one) { return lies_in(one.first, element); });
+}
+
+bool EkiChannel::sends(std::string_view tag) const {
+  return std::ranges::find(file_.send, tag) != file_.send.end();
+}
+
 std::expected<void, std::string> EkiChannel::set(std::string_view tag, Value value) {
-  if (std::ranges::find(file_.send, tag) == file_.send.end())
-    return std::unexpected("SEND has no " + std::string{tag});
+  if (const auto* const frame = std::get_if<krl::Parts>(&value)) {
+    if (!std::ranges::all_of(*frame, krl::is_set))
+      return std::unexpected("a component of the frame for " + std::string{tag} + " has no value");
+    if (!sends(tag)) return set_frame(tag, *frame);
+  }
+  if (!sends(tag)) return std::unexpected("SEND has no " + std::string{tag});
   to_send_.insert_or_assign(std::string{tag}, std::move(value));
+  return {};
+}
+
+/// Where SEND lists the attributes one by one.
+std::expected<void, std::string> EkiChannel::set_frame(std::string_view tag, const krl::Parts& frame) {
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    if (const auto set_one = set(frame_tag(tag, kFrameAttributes[i]), frame[i]); !set_one) return set_one;
+  }
   return {};
 }
 
@@ -128,7 +187,7 @@ std::expected<std::string, std::string> EkiChannel::document(std::string_view el
     if (!lies_in(tag, element)) continue;
     has_any = true;
     if (const auto value = to_send_.find(tag); value != to_send_.end())
-      put(document, tag, std::visit(WrittenValue{}, value->second));
+      put_value(document, tag, value->second);
   }
   if (!has_any) return std::unexpected("SEND has nothing in " + std::string{element});
   std::ostringstream text;
@@ -153,8 +212,8 @@ std::expected<std::vector<int>, std::string> EkiChannel::receive(std::string_vie
     if (!text) continue;
     if (element.flag) flags.push_back(*element.flag);
     if (!element.type) continue;
-    auto value = value_in(*text, *element.type);
-    if (!value) return std::unexpected(element.tag + " is \"" + *text + "\", which is not of its type");
+    auto value = value_at(document, element.tag, *text, *element.type);
+    if (!value) return std::unexpected(value.error());
     if (waiting(element.tag) == file_.buffered)
       return std::unexpected("the buffer of " + element.tag + " is full, a document is lost");
     values.emplace_back(element.tag, *std::move(value));

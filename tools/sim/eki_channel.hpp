@@ -33,7 +33,10 @@ class EkiChannel {
   std::size_t waiting(std::string_view tag) const;
   /// The oldest of them. Errors: there is none, or the file does not have the element with this type.
   std::expected<krl::Value, std::string> take(std::string_view tag, EkiFile::Type type);
-  /// Fills in an element of the next document, which keeps it afterwards. Errors: the file does not have it.
+  /// Deletes the waiting values of an element and of all below it.
+  void clear_buffer(std::string_view element);
+  /// Fills in an element of the next document, which keeps it afterwards. A frame fills the element's
+  /// attributes X, Y, Z, A, B and C. Errors: the file does not have it.
   std::expected<void, std::string> set(std::string_view tag, krl::Value value);
   /// The document of an element and all below it, in their parents. Errors: the file has none of them.
   std::expected<std::string, std::string> document(std::string_view element) const;
@@ -52,6 +55,9 @@ class EkiChannel {
   bool was_lost_ = false;
   std::map<std::string, std::deque<krl::Value>, std::less<>> received_;
   std::map<std::string, krl::Value, std::less<>> to_send_;
+
+  bool sends(std::string_view tag) const;
+  std::expected<void, std::string> set_frame(std::string_view tag, const krl::Parts& frame);
 };
 
 }  // namespace truepose::sim

@@ -15,9 +15,10 @@ std::expected<std::optional<EkiFile::Type>, std::string> type_of(const pugi::xml
   if (type == "REAL") return EkiFile::Type::Real;
   if (type == "BOOL") return EkiFile::Type::Bool;
   if (type == "STRING") return EkiFile::Type::String;
+  if (type == "FRAME") return EkiFile::Type::Frame;
   if (type.empty() && element.attribute("Set_Flag")) return std::nullopt;
   return std::unexpected(std::string{element.attribute("Tag").value()} + ": Type \"" + std::string{type} +
-                         "\" is not simulated: INT, REAL, BOOL, STRING");
+                         "\" is not simulated: INT, REAL, BOOL, STRING, FRAME");
 }
 
 /// The PC is the client of a TCP channel, and documents are XML.
@@ -26,11 +27,14 @@ std::optional<std::string> not_simulated(const pugi::xml_node& root) {
   if (std::string_view{configuration.child("EXTERNAL").child_value("TYPE")} != "Client")
     return "EXTERNAL/TYPE: only Client is simulated, where the robot listens";
   const pugi::xml_node internal = configuration.child("INTERNAL");
-  if (std::string_view{internal.child_value("PROTOCOL")} != "TCP")
-    return "INTERNAL/PROTOCOL: only TCP is simulated";
+  const std::string_view protocol = internal.child_value("PROTOCOL");
+  if (!protocol.empty() && protocol != "TCP")
+    return "INTERNAL/PROTOCOL: " + std::string{protocol} + " is not simulated, only TCP";
   if (std::string_view{internal.child("BUFFERING").attribute("Mode").as_string("FIFO")} != "FIFO")
     return "INTERNAL/BUFFERING: only FIFO is simulated";
-  if (!root.child("RECEIVE").child("XML")) return "RECEIVE: only XML is simulated";
+  for (const char* part : {"RECEIVE", "SEND"}) {
+    if (root.child(part).child("RAW")) return std::string{part} + ": RAW is not simulated, only XML";
+  }
   return std::nullopt;
 }
 

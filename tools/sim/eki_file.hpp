@@ -10,11 +10,11 @@
 namespace truepose::sim {
 
 /// The configuration of one channel of Ethernet KRL, as the controller loads it. The file's name is the
-/// channel's.
+/// channel's. PROTOCOL is TCP where it is missing; RECEIVE and SEND may be empty or missing.
 struct EkiFile {
-  enum class Type { Int, Real, Bool, String };
+  enum class Type { Int, Real, Bool, String, Frame };
   struct Received {
-    std::string tag;           ///< "Cmd/Ax/@A1"
+    std::string tag;           ///< "Cmd/Ax/@A1"; of a frame its element, with the attributes X to C
     std::optional<Type> type;  ///< none: only its flag is raised
     std::optional<int> flag;   ///< raised when a document with this element has come
   };

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "proto/eki/document_splitter.hpp"
@@ -56,17 +57,25 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
  public:
   Channel(const asio::any_io_executor& executor, const std::string& address, const EkiPort& port,
           EkiListener& listener)
-      : name_{port.channel}, holder_{holding(executor, address, port.port)}, listener_{&listener} {}
+      : name_{port.channel}, executor_{executor}, address_{address}, port_{port.port}, listener_{&listener} {
+    if (!port.is_taken_late) take_port();
+  }
 
-  std::uint16_t port() const { return holder_.local_endpoint().port(); }
+  std::uint16_t port() const { return holder_ ? holder_->local_endpoint().port() : 0; }
 
   void listen(bool open) {
-    if (open == (acceptor_ != nullptr)) return;
+    if (open == std::exchange(is_wanted_, open)) return;
     if (!open) {
-      acceptor_->close();
+      if (acceptor_) acceptor_->close();
       return acceptor_.reset();
     }
-    acceptor_ = std::make_shared<tcp::acceptor>(bound_to(holder_.get_executor(), holder_.local_endpoint()));
+    try {
+      if (!holder_) take_port();
+    } catch (const PortError& e) {
+      std::fprintf(stderr, "EKI channel %s: %s\n", name_.c_str(), e.what());
+      return;
+    }
+    acceptor_ = std::make_shared<tcp::acceptor>(bound_to(executor_, holder_->local_endpoint()));
     acceptor_->listen();
     steering::accept_clients(acceptor_, "EKI", [self = shared_from_this()](tcp::socket socket) {
       self->welcome(std::move(socket));
@@ -102,6 +111,8 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
     std::deque<std::string> outgoing;
   };
   using ClientPtr = std::shared_ptr<Client>;
+
+  void take_port() { holder_.emplace(holding(executor_, address_, port_)); }
 
   void welcome(tcp::socket socket) {
     const bool closed = std::chrono::steady_clock::now() < closed_until_;
@@ -154,7 +165,11 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   }
 
   std::string name_;
-  tcp::acceptor holder_;                     // of the port
+  asio::any_io_executor executor_;
+  std::string address_;
+  std::uint16_t port_;
+  std::optional<tcp::acceptor> holder_;      // of the port
+  bool is_wanted_ = false;                   // the program has opened the channel
   std::shared_ptr<tcp::acceptor> acceptor_;  // there while the program has opened the channel
   std::chrono::steady_clock::time_point closed_until_{};
   EkiListener* listener_;
@@ -174,7 +189,8 @@ EkiServer::~EkiServer() {
 }
 
 std::uint16_t EkiServer::port(std::string_view channel) const {
-  return channels_.find(channel)->second->port();
+  const auto found = channels_.find(channel);
+  return found == channels_.end() ? 0 : found->second->port();
 }
 
 void EkiServer::send(std::string_view channel, std::string document) {

@@ -34,7 +34,8 @@ class EkiListener {
 
 struct EkiPort {
   std::string channel;
-  std::uint16_t port = 0;  ///< 0 picks a free one
+  std::uint16_t port = 0;      ///< 0 picks a free one
+  bool is_taken_late = false;  ///< only when a program opens the channel; else at once
 };
 
 /// The EKI channels of a simulated controller: TCP servers for one client each, cutting the stream into
@@ -51,10 +52,12 @@ class EkiServer {
             const std::vector<EkiPort>& ports, EkiListener& listener);
   ~EkiServer();
 
+  /// 0 where there is no such channel, or its port is not taken yet.
   std::uint16_t port(std::string_view channel) const;
 
   /// Sends where a client is connected; otherwise the document is lost, as on the controller.
   void send(std::string_view channel, std::string document);
+  /// A port that cannot be taken then is reported on stderr, once for each opening.
   void listen(std::string_view channel, bool open);
   /// The program has deleted the channel: its client is closed.
   void close(std::string_view channel);

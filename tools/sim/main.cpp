@@ -56,7 +56,7 @@ Options:
   --scenario TEXT REQUIRED    what the cell is and how it errs (YAML)
   --seed UINT                 of repeatability and tracker noise
   --rsi-target TEXT           HOST:PORT that the RSI datagrams go to, instead of the address in the RSI ethernet XML
-  --eki-port UINT             CellLink; CellState listens on the next one; 0 picks two
+  --eki-port UINT             CellLink; CellState listens on the next one; 0 picks two. Other channels have their files' ports
   --tracker-port UINT         emScon; 0 picks one
   --bridge-port UINT          the tracker is behind a bridge, here, and speaks no emScon; 0 picks one
   --admin-port UINT           steers the cell: one line of JSON each, answered by one; 0 picks one. A fault of the
@@ -209,10 +209,12 @@ std::string statistics_json(const sim::CellStatistics& statistics, const config:
 
 std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
                        const std::optional<steering::LinePort>& admin) {
-  json::object ready{{"eki_port", ports.eki},
-                     {"eki_state_port", ports.eki_state},
-                     {by_bridge ? "bridge_port" : "tracker_port", ports.tracker},
-                     {"pid", getpid()}};
+  json::object ready{{by_bridge ? "bridge_port" : "tracker_port", ports.tracker}, {"pid", getpid()}};
+  if (ports.eki != 0) ready["eki_port"] = ports.eki;
+  if (ports.eki_state != 0) ready["eki_state_port"] = ports.eki_state;
+  json::object others;
+  for (const sim::EkiPort& its : ports.others) others[its.channel] = its.port;
+  if (!others.empty()) ready["eki_channels"] = std::move(others);
   if (admin) ready["admin_port"] = admin->port();
   return control::json_text(ready);
 }
@@ -270,6 +272,15 @@ void print_not_simulated(const std::vector<sim::krl::Fault>& refusals) {
   }
 }
 
+/// "EKI 54600 and 54601, ", of truepose's own channels that the controller has.
+std::string eki_text(const sim::SimulatedCell::Ports& ports) {
+  std::string text;
+  for (const std::uint16_t port : {ports.eki, ports.eki_state}) {
+    if (port != 0) text += (text.empty() ? "EKI " : " and ") + std::to_string(port);
+  }
+  return text.empty() ? text : text + ", ";
+}
+
 int run(Options options) {
   const config::Scenario scenario = config::load_scenario(options.scenario);
   const rsi::EthernetConfig ethernet = sendable_ethernet(scenario.ethernet_xml);
@@ -293,9 +304,11 @@ int run(Options options) {
                             ready_text(cell.ports(), options.cell.bridge_port.has_value(), admin) + "\n");
   if (!options.json) {
     const sim::SimulatedCell::Ports ports = cell.ports();
-    std::printf("EKI %u and %u, %s %u, RSI to %s:%u\n", ports.eki, ports.eki_state,
+    std::printf("%s%s %u, RSI to %s:%u\n", eki_text(ports).c_str(),
                 options.cell.bridge_port ? "tracker's bridge" : "tracker", ports.tracker,
                 options.cell.rsi_host.c_str(), options.cell.rsi_port);
+    for (const sim::EkiPort& its : ports.others)
+      std::printf("EKI channel %s: port %u\n", its.channel.c_str(), its.port);
     print_not_simulated(cell.not_simulated());
     std::fflush(stdout);
   }

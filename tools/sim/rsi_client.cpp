@@ -160,6 +160,7 @@ RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
   auto reply = replies_.read(datagram);
   if (!reply) {
     ++counters_.rejected;
+    reject(std::move(reply).error());
     return {Reply::Rejected};
   }
   const auto step = static_cast<std::uint64_t>(setup_.cycle.count());
@@ -168,6 +169,14 @@ RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
   if (!sent || cycles_ago >= kRemembered ||
       !std::exchange(open_[(counters_.cycles - 1 - cycles_ago) % kRemembered], false)) {
     ++counters_.wrong_ipoc;
+    const std::string is = "IPOC is " + std::to_string(reply->ipoc);
+    if (sent) {
+      reject({ReplyFault::Cause::AnsweredBefore,
+              is + ", which was answered before. Send one reply for each packet."});
+    } else {
+      reject({ReplyFault::Cause::OtherIpoc,
+              is + ", the packet has " + std::to_string(ipoc_) + ". Copy it unchanged."});
+    }
     return {Reply::WrongIpoc};
   }
   if (cycles_ago > 0) {
@@ -177,6 +186,10 @@ RsiClient::Verdict RsiClient::receive(std::string_view datagram) {
   }
   reply_ = *std::move(reply);
   return {Reply::Valid};
+}
+
+void RsiClient::reject(ReplyFault fault) {
+  if (rejected_by_.insert(fault.cause).second) rejections_.push_back(std::move(fault.text));
 }
 
 /// To which the next corrections are added.
@@ -230,6 +243,7 @@ void RsiClient::restart(std::uint64_t pause_cycles, std::optional<std::uint64_t>
   counters_.correction_rad = 0;
   unanswered_in_a_row_ = 0;
   unanswered_before_ = counters_.late + counters_.lost;
+  rejected_by_.clear();
   fresh_ = true;
   forget_open_cycles();
 }

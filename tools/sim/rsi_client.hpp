@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -175,6 +176,9 @@ class RsiClient {
   /// Names in the replies that a controller ignores without a word, each told once.
   std::vector<std::string> take_strangers() { return replies_.take_strangers(); }
 
+  /// Why replies were rejected, the first of each cause in a session.
+  std::vector<std::string> take_rejections() { return std::exchange(rejections_, {}); }
+
   const JointVector& axes() const { return servo_.position(); }        ///< actual
   const rsi::Axes& correction_rad() const { return correction_rad_; }  ///< in force
   std::uint64_t ipoc() const { return ipoc_; }
@@ -195,6 +199,7 @@ class RsiClient {
   void hold();
   void apply(const rsi::Axes& correction_rad);
   void forget_open_cycles();
+  void reject(ReplyFault fault);
 
   RsiSetup setup_;
   RsiFlow flow_;
@@ -216,6 +221,8 @@ class RsiClient {
   int unanswered_in_a_row_ = 0;
   std::uint64_t unanswered_before_ = 0;  // this session
   RsiCounters counters_;
+  std::set<ReplyFault::Cause> rejected_by_;  // this session
+  std::vector<std::string> rejections_;
 };
 
 }  // namespace truepose::sim

@@ -197,6 +197,19 @@ std::optional<std::string> text_of(const pugi::xml_node& reply, const std::strin
   return attribute ? std::optional<std::string>{attribute.value()} : std::nullopt;
 }
 
+std::unexpected<ReplyFault> refused(ReplyFault::Cause cause, std::string text) {
+  return std::unexpected{ReplyFault{cause, std::move(text)}};
+}
+
+/// Its beginning, in printable ASCII.
+std::string excerpt(std::string_view text) {
+  constexpr std::size_t kMost = 40;
+  std::string shown{text.substr(0, kMost)};
+  std::ranges::replace_if(
+      shown, [](char c) { return c < ' ' || c > '~'; }, '.');
+  return '"' + shown + '"';
+}
+
 std::optional<double> number_in(const std::string& text) {
   char* end = nullptr;
   const double number = std::strtod(text.c_str(), &end);
@@ -219,11 +232,15 @@ ReplyReader::ReplyReader(rsi::EthernetConfig ethernet)
   }
 }
 
-std::expected<ReplyReader::Reply, std::string> ReplyReader::read(std::string_view datagram) {
+std::expected<ReplyReader::Reply, ReplyFault> ReplyReader::read(std::string_view datagram) {
+  using Cause = ReplyFault::Cause;
+  const std::string& sentype = ethernet_.sentype;
   pugi::xml_document document;
   const auto parsed = document.load_buffer(datagram.data(), datagram.size());
   const pugi::xml_node reply = document.child("Sen");
-  if (!parsed || !reply) return std::unexpected("not a document Sen");
+  if (!parsed || !reply)
+    return refused(Cause::NoXml, "is no XML document Sen (it begins " + excerpt(datagram) +
+                                     "). Send <Sen Type=\"" + sentype + "\">.");
   for (const pugi::xml_node& element : reply.children()) {
     const std::string name = element.name();
     if (!elements_.contains(name)) {
@@ -232,17 +249,22 @@ std::expected<ReplyReader::Reply, std::string> ReplyReader::read(std::string_vie
     }
     for (const pugi::xml_attribute& attribute : element.attributes()) tell(name + "." + attribute.name());
   }
-  if (reply.attribute("Type").value() != ethernet_.sentype) return std::unexpected("another SENTYPE");
+  if (const char* const type = reply.attribute("Type").value(); type != sentype)
+    return refused(Cause::Sentype, "SENTYPE is " + excerpt(type) + ", the configuration says " +
+                                       excerpt(sentype) + ". Send that as Type of Sen.");
   Reply read;
   const std::string_view ipoc = reply.child_value("IPOC");
   const auto [end, fault] = std::from_chars(ipoc.data(), ipoc.data() + ipoc.size(), read.ipoc);
   if (ipoc.empty() || fault != std::errc{} || end != ipoc.data() + ipoc.size())
-    return std::unexpected("no IPOC");
+    return refused(Cause::NoIpoc,
+                   "IPOC is " + excerpt(ipoc) + ", no whole number. Copy the IPOC of the packet.");
   for (const rsi::Element& element : ethernet_.receive) {
     const auto text = element.index ? text_of(reply, element.tag) : std::nullopt;
     if (!text || element.type == rsi::ElementType::String) continue;
     const auto number = number_in(*text);
-    if (!number) return std::unexpected(element.tag + " is no number");
+    if (!number)
+      return refused(Cause::NoNumber, element.tag + " is " + excerpt(*text) +
+                                          ", no number. Send digits with a decimal point.");
     read.outputs[*element.index] = *number;
   }
   return read;

@@ -60,6 +60,13 @@ class RobotDatagram {
 /// names the element. Nothing where it can.
 std::optional<std::string> unsendable(const rsi::EthernetConfig& ethernet);
 
+/// Why a controller drops a whole reply, which it reports nowhere.
+struct ReplyFault {
+  enum class Cause { NoXml, Sentype, NoIpoc, NoNumber, OtherIpoc, AnsweredBefore };
+  Cause cause = Cause::NoXml;
+  std::string text{};  ///< with the value, what is expected, and what to do
+};
+
 /// Reads the replies of a PC as the ETHERNET object does: by SENTYPE and IPOC, and the values of the RECEIVE
 /// list. All else in them it ignores without a word, and then moves nothing; here it is told.
 class ReplyReader {
@@ -70,8 +77,7 @@ class ReplyReader {
     std::uint64_t ipoc = 0;
     ChannelValues outputs;  ///< those that it has
   };
-  /// Errors: why a controller drops the whole reply.
-  std::expected<Reply, std::string> read(std::string_view datagram);
+  std::expected<Reply, ReplyFault> read(std::string_view datagram);
 
   /// Names in the replies that the list does not have, each told once: "AKorr", "AK.A7".
   std::vector<std::string> take_strangers() { return std::exchange(strangers_, {}); }

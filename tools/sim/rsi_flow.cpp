@@ -60,9 +60,10 @@ double clamped_to(double value, double lower, double upper, bool& clamped) {
 
 std::optional<std::string> not_simulated(const rsi::Context& context) {
   static const std::set<std::string_view> kKnown{
-      "ETHERNET", "AXISCORR",   "AXISCORRMON", "POSCORR", "POSCORRMON",   "STOP",        "STATUS",
-      "OV_PRO",   "SEN_PINT",   "SEN_PREA",    "DIGIN",   "DIGOUT",       "AXISACT",     "GEARTORQUE",
-      "SOURCE",   "MAP2DIGOUT", "LIMIT",       "MONITOR", "MAP2SEN_PINT", "MAP2SEN_PREA"};
+      "ETHERNET",     "AXISCORR",     "AXISCORRMON", "POSCORR",    "POSCORRMON", "STOP",
+      "STATUS",       "OV_PRO",       "SEN_PINT",    "SEN_PREA",   "DIGIN",      "DIGOUT",
+      "AXISACT",      "GEARTORQUE",   "SOURCE",      "MAP2DIGOUT", "LIMIT",      "MONITOR",
+      "MAP2SEN_PINT", "MAP2SEN_PREA", "CONSTANT",    "MAP2ANOUT"};
   for (const rsi::ContextObject& object : context.objects) {
     if (object.type == "AXISCORREXT") return object.id + ": the simulated arm has no external axes";
     if (!kKnown.contains(object.type)) return object.id + ": " + object.type + " is not simulated";
@@ -132,6 +133,7 @@ FlowEffects RsiFlow::effects(const FlowSources& sources, const ChannelValues& re
     if (object.type == "MAP2SEN_PINT")
       effects.sen_pint[whole(object, "Index")] = whole(signals.input(object, 1));
     if (object.type == "MAP2SEN_PREA") effects.sen_prea[whole(object, "Index")] = signals.input(object, 1);
+    if (object.type == "MAP2ANOUT") effects.analog[whole(object, "Index")] = signals.input(object, 1);
     if (object.type == "MAP2DIGOUT") write_outputs(object, signals.input(object, 1), effects);
   }
   monitor(effects);

@@ -52,6 +52,7 @@ struct FlowEffects {
   std::map<int, int> sen_pint;      ///< values for $SEN_PINT, by index
   std::map<int, double> sen_prea;   ///< values for $SEN_PREA, by index
   std::map<int, bool> outputs;      ///< values for $OUT, by index
+  std::map<int, double> analog;     ///< values for $ANOUT, by index
 };
 
 /// Values of the ETHERNET object, by the numbers of its inputs or outputs.
@@ -70,8 +71,8 @@ void set_parameter(rsi::Context& context, const RsiParameter& parameter);
 class RsiSignals;
 
 /// The signal flow of a context, executed once in each cycle of RSI. Objects: AXISCORR, AXISCORRMON, POSCORR
-/// (but along the path), POSCORRMON, STOP, MAP2SEN_PINT, MAP2SEN_PREA, MAP2DIGOUT, MONITOR (which changes
-/// nothing), and those that RsiSignals knows.
+/// (but along the path), POSCORRMON, STOP, MAP2SEN_PINT, MAP2SEN_PREA, MAP2DIGOUT, MAP2ANOUT, MONITOR (which
+/// changes nothing), and those that RsiSignals knows.
 class RsiFlow {
  public:
   /// Errors: the object, or its setting, that is not simulated.

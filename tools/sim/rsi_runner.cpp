@@ -330,6 +330,9 @@ class RsiRunner::Session {
       const steady_clock::time_point received = steady_clock::now();
       if (now(Kind::RsiDrop) || now(Kind::RsiLoseReplies)) continue;
       const RsiClient::Verdict verdict = client_.receive({buffer_.data(), size});
+      for (const std::string& why : client_.take_rejections())
+        listener_.rejected("RSI reply of " + from.address().to_string() + ":" + std::to_string(from.port()) +
+                           ": " + why);
       const bool timed = verdict.reply == RsiClient::Reply::Valid || verdict.reply == RsiClient::Reply::Late;
       if (timed && verdict.cycles_ago < sent_.size()) {
         const nanoseconds turnaround =

@@ -76,6 +76,8 @@ struct RsiListener {
   std::function<void(RsiEnd)> ended;  ///< once, when RSI ends by itself; not when it is destroyed
   /// A name in the PC's replies that a controller ignores without a word.
   std::function<void(const std::string& name)> stranger = [](const std::string&) {};
+  /// A line on the first reply that was rejected for a cause.
+  std::function<void(const std::string& line)> rejected = [](const std::string&) {};
 };
 
 /// One RSI session in real time: a thread of its own that sends a datagram at each absolute tick and takes

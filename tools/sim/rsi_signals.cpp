@@ -49,9 +49,9 @@ std::optional<int> status(const ContextObject& object, const FlowSources& source
 }
 
 bool can_be_asked(std::string_view type) {
-  static const std::set<std::string_view> kSources{"ETHERNET", "SEN_PINT", "SEN_PREA",  "STATUS",
-                                                   "OV_PRO",   "DIGIN",    "DIGOUT",    "AXISACT",
-                                                   "SOURCE",   "LIMIT",    "GEARTORQUE"};
+  static const std::set<std::string_view> kSources{"ETHERNET", "SEN_PINT", "SEN_PREA", "STATUS",
+                                                   "OV_PRO",   "DIGIN",    "DIGOUT",   "AXISACT",
+                                                   "SOURCE",   "CONSTANT", "LIMIT",    "GEARTORQUE"};
   return kSources.contains(type);
 }
 
@@ -111,6 +111,7 @@ double RsiSignals::output(const rsi::ContextOutput& from) const {
   if (object.type == "DIGIN" || object.type == "DIGOUT") return of_controller_bits(object);
   if (object.type == "AXISACT") return sources_.axes_deg[static_cast<std::size_t>(from.number) - 1];
   if (object.type == "SOURCE") return wave(object, sources_.time_s);
+  if (object.type == "CONSTANT") return parameter_of(object, "Value");
   if (object.type == "LIMIT") {
     const double lower = parameter_of(object, "LowerLimit"), upper = parameter_of(object, "UpperLimit");
     return std::min(std::max(input(object, 1), lower), upper);

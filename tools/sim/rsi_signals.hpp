@@ -23,7 +23,7 @@ ControllerBits bits_of(const rsi::ContextObject& object);
 
 /// What the outputs of a signal flow's objects carry in one cycle. Objects that can be asked: ETHERNET,
 /// SEN_PINT, SEN_PREA, STATUS, OV_PRO, DIGIN and DIGOUT (without sign), AXISACT, GEARTORQUE (0: the arm has
-/// no weight), SOURCE, LIMIT.
+/// no weight), SOURCE, CONSTANT, LIMIT.
 class RsiSignals {
  public:
   /// @param context   with all parameters, and no circle; kept by reference, as the others

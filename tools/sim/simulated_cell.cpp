@@ -12,7 +12,6 @@
 #include "core/math/angles.hpp"
 #include "core/simulate/true_arm.hpp"
 #include "tools/sim/bridge_server.hpp"
-#include "tools/sim/controller_setup.hpp"
 #include "tools/sim/emscon_server.hpp"
 
 namespace truepose::sim {
@@ -112,17 +111,42 @@ OrientationNoise orientation_noise(const config::Scenario& scenario, std::uint64
   };
 }
 
-ControllerSetup listening_controller(const config::Scenario& scenario, const rsi::Context& context,
+/// @param contexts  filled with those of the controller; outlive it
+ControllerSetup listening_controller(const config::Scenario& scenario, RsiContexts& contexts,
                                      std::function<void()> on_news, PathLog* path) {
   ControllerSetup setup = controller_setup(scenario);
-  setup.rsi_parameter = [context](const RsiParameter& parameter) { return value_of(context, parameter); };
+  contexts = rsi_contexts(scenario, setup.programs);
+  setup.contexts.clear();
+  for (const auto& [name, context] : contexts) setup.contexts.push_back(name);
+  setup.rsi_parameter = [&contexts](const std::string& context, const RsiParameter& parameter) {
+    return value_of(contexts.at(context), parameter);
+  };
   for (const std::string& channel : {kCellLink, kCellState}) {
-    if (!setup.eki_files.contains(channel))
-      throw std::invalid_argument{"the controller has no " + channel + ".xml in its eki folder"};
+    const auto names_it = [&](const krl::Source& program) {
+      return program.text.find('"' + channel + '"') != std::string::npos;
+    };
+    if (!setup.eki_files.contains(channel) && std::ranges::any_of(setup.programs, names_it))
+      throw std::invalid_argument{"the controller has no " + channel +
+                                  ".xml in its eki folder, and its programs name that channel"};
   }
   setup.on_news = std::move(on_news);
   if (path != nullptr) setup.on_cycle = [path](const ProgramCycle& cycle) { path->take(cycle); };
   return setup;
+}
+
+/// truepose's own channels where the command line wants them, the others where their files do.
+std::vector<EkiPort> eki_ports(const Controller& controller, std::uint16_t first) {
+  std::vector<EkiPort> ports;
+  for (const auto& [channel, port] : controller.eki_ports()) {
+    if (channel == kCellLink) {
+      ports.push_back({channel, first});
+    } else if (channel == kCellState) {
+      ports.push_back({channel, static_cast<std::uint16_t>(first == 0 ? 0 : first + 1)});
+    } else {
+      ports.push_back({.channel = channel, .port = port, .is_taken_late = true});
+    }
+  }
+  return ports;
 }
 
 std::unique_ptr<PathLog> path_log(const config::Scenario& scenario, const std::filesystem::path& file) {
@@ -142,20 +166,16 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
     : executor_{executor},
       scenario_{std::move(scenario)},
       ethernet_{std::move(ethernet)},
-      context_{rsi_context(scenario_)},
       options_{std::move(options)},
       arm_{arm_setup(scenario_), options_.seed},
       sight_{sight_of(scenario_)},
       noise_random_{options_.seed ^ kNoiseStream},
       path_{path_log(scenario_, options_.path_file)},
       controller_{listening_controller(
-          scenario_, context_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
+          scenario_, contexts_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
       next_change_{executor},
-      eki_{executor,
-           options_.address,
-           {{kCellLink, options_.eki_port},
-            {kCellState, static_cast<std::uint16_t>(options_.eki_port == 0 ? 0 : options_.eki_port + 1)}},
-           *this},
+      eki_ports_{eki_ports(controller_, options_.eki_port)},
+      eki_{executor, options_.address, eki_ports_, *this},
       tracker_{listening_tracker(
           executor, *this, [this](const Eigen::Vector3d& p_true_mm) { return measured(p_true_mm); },
           orientation_noise(scenario_, options_.seed), [this](std::uint64_t number) { point_begins(number); },
@@ -181,7 +201,13 @@ void SimulatedCell::flush_path() {
 }
 
 SimulatedCell::Ports SimulatedCell::ports() const {
-  return {eki_.port(kCellLink), eki_.port(kCellState), tracker_->port()};
+  Ports ports{eki_.port(kCellLink), eki_.port(kCellState), tracker_->port(), {}};
+  for (EkiPort its : eki_ports_) {
+    if (!its.is_taken_late) continue;
+    if (const std::uint16_t taken = eki_.port(its.channel); taken != 0) its.port = taken;
+    ports.others.push_back(std::move(its));
+  }
+  return ports;
 }
 
 CellStatistics SimulatedCell::statistics() const {
@@ -248,6 +274,7 @@ void SimulatedCell::pass_time() {
 /// Makes the rest of the cell agree with the controller's new state.
 void SimulatedCell::follow() {
   say_what_is_new();
+  restart_after_halt();
   for (; stops_seen_ < controller_.stops(); ++stops_seen_) {
     arm_.warm_up(now());
     arm_.move_to(controller_.axes());
@@ -267,10 +294,16 @@ void SimulatedCell::follow() {
   });
 }
 
+void SimulatedCell::restart_after_halt() {
+  const std::uint64_t halts = controller_.halts();
+  if (std::exchange(halts_seen_, halts) != halts)
+    operate_later(std::chrono::ceil<SimTime>(Seconds{scenario_.operator_s}),
+                  {.kind = OperatorAct::Kind::Start});
+}
+
 void SimulatedCell::say_what_is_new() {
   for (const std::string& channel : controller_.take_closed()) eki_.close(channel);
-  for (const std::string& channel : {kCellLink, kCellState})
-    eki_.listen(channel, controller_.is_open(channel));
+  for (const EkiPort& its : eki_ports_) eki_.listen(its.channel, controller_.is_open(its.channel));
   for (Controller::Document& document : controller_.take_documents())
     eki_.send(document.channel, std::move(document.text));
   for (const std::string& message : controller_.take_messages())
@@ -279,7 +312,7 @@ void SimulatedCell::say_what_is_new() {
 
 void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   rsi_session_ = session.number;
-  rsi::Context context = context_;
+  rsi::Context context = contexts_.at(session.context);
   for (const RsiParameter& parameter : session.parameters) set_parameter(context, parameter);
   const RsiSetup setup{.nominal = scenario_.rsi_arm.value_or(scenario_.nominal),
                        .ethernet = ethernet_,
@@ -307,7 +340,10 @@ void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   const auto stranger = [this](const std::string& name) {
     boost::asio::post(executor_, [=, this] { tell_of_stranger(name); });
   };
-  rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, stranger});
+  const auto rejected = [this](const std::string& line) {
+    boost::asio::post(executor_, [line] { std::fprintf(stderr, "%s\n", line.c_str()); });
+  };
+  rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, stranger, rejected});
 }
 
 void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {

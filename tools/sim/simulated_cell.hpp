@@ -17,6 +17,7 @@
 #include "core/simulate/true_arm.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/controller.hpp"
+#include "tools/sim/controller_setup.hpp"
 #include "tools/sim/eki_server.hpp"
 #include "tools/sim/path_log.hpp"
 #include "tools/sim/rsi_runner.hpp"
@@ -26,8 +27,9 @@ namespace truepose::sim {
 
 struct CellOptions {
   std::string address = "127.0.0.1";  ///< that the servers listen on
-  std::uint16_t eki_port = 0;         ///< CellLink, and CellState on the next one; 0 picks two free ones
-  std::uint16_t tracker_port = 0;     ///< 0 picks a free one
+  /// CellLink, and CellState on the next one; 0 picks two free ones. Other channels have their files' ports.
+  std::uint16_t eki_port = 0;
+  std::uint16_t tracker_port = 0;  ///< 0 picks a free one
   /// The tracker speaks through a bridge, here, in place of emScon; 0 picks a free one.
   std::optional<std::uint16_t> bridge_port{};
   std::string rsi_host;  ///< numeric address that the RSI datagrams go to
@@ -54,7 +56,9 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   ~SimulatedCell() override;
 
   struct Ports {
-    std::uint16_t eki, eki_state, tracker;
+    std::uint16_t eki, eki_state;  ///< 0 where the controller has no CellLink or no CellState
+    std::uint16_t tracker;
+    std::vector<EkiPort> others;  ///< further channels; port 0: not open yet, a free one then
   };
   Ports ports() const;
   CellStatistics statistics() const;
@@ -81,6 +85,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   void pass_time();
   void follow();
   void say_what_is_new();
+  void restart_after_halt();
   void start_rsi(const Controller::RsiSession& session);
   void rsi_ended(std::uint64_t session, RsiEnd end);
   void operate_later(std::chrono::nanoseconds after, OperatorAct act);
@@ -98,7 +103,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   boost::asio::any_io_executor executor_;
   config::Scenario scenario_;
   rsi::EthernetConfig ethernet_;
-  rsi::Context context_;
+  RsiContexts contexts_;  // before the controller, which fills them
   CellOptions options_;
   TrueArm arm_;
   mutable std::optional<PoseChecker> sight_;  // what the arm's body hides; none: nothing
@@ -113,7 +118,8 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   std::set<std::string> strangers_told_;
   RsiStatistics ended_sessions_;
   std::uint64_t rsi_session_ = 0;  // of the controller, that rsi_ serves
-  std::uint64_t stops_seen_ = 0;
+  std::uint64_t stops_seen_ = 0, halts_seen_ = 0;
+  std::vector<EkiPort> eki_ports_;
   EkiServer eki_;
   std::unique_ptr<TrackerServer> tracker_;
   std::unique_ptr<RsiRunner> rsi_;

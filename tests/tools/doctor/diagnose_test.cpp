@@ -129,6 +129,16 @@ json::object last_minute(const char* by, int late) {
 
 RsiSender& sender(Observations& seen) { return seen.rsi.senders.at(0); }
 
+/// Every packet of 1.2 s arrived.
+void set_cycle(Observations& seen, int period_ms, std::uint64_t ipoc_step) {
+  constexpr int kTime_ms = 1200;
+  RsiSender& its = sender(seen);
+  its.frames = static_cast<std::uint64_t>(kTime_ms / period_ms) + 1;
+  its.last = its.first + std::chrono::milliseconds{kTime_ms};
+  its.ipoc_step = ipoc_step;
+  its.ipoc = its.ipoc_begin + (its.frames - 1) * ipoc_step;
+}
+
 // clang-format off
 const std::vector<Case> kCases{
     // ---- cell file ----
@@ -172,8 +182,20 @@ const std::vector<Case> kCases{
      "rsi", Level::Warning, "not in it: MACur", "load "},
     {"Precision", [](auto&, auto& seen) { sender(seen).elements.decimals = 1; },
      "rsi", Level::Warning, "sends with Precision 1", "set Precision"},
-    {"WrongCycle", [](auto&, auto& seen) { sender(seen).ipoc_step = 12; },
-     "rsi", Level::Fault, "rises by 12", "set stream.cycle_ms"},
+    {"CycleOf12Ms", [](auto&, auto& seen) { set_cycle(seen, 12, 12); },
+     "rsi", Level::Fault, "192.168.44.1:52000 sends packets every 12.00 ms, its IPOC rises by 12, and stream.cycle_ms is 4",
+     "set stream.cycle_ms to 12 and restart trueposed, or start RSI with #IPO_FAST"},
+    {"CycleOf40Ms", [](auto&, auto& seen) { set_cycle(seen, 40, 40); },
+     "rsi", Level::Fault, "sends packets every 40.00 ms, its IPOC rises by 40, and stream.cycle_ms is 4",
+     "set stream.cycle_ms to 40"},
+    {"CycleOf12MsOfAKrC2", [](auto&, auto& seen) { set_cycle(seen, 12, 1); },
+     "rsi", Level::Fault, "every 12.00 ms, its IPOC rises by 1, and stream.cycle_ms is 4", "set stream.cycle_ms to 12"},
+    {"SlowSender", [](auto&, auto& seen) { set_cycle(seen, 40, 4); },
+     "rsi", Level::Fault, "every 40.00 ms, its IPOC rises by 4, and stream.cycle_ms is 4",
+     "make the sender send every 4 ms, as its IPOC counts, or correct its IPOC and stream.cycle_ms"},
+    {"WrongIpoc", [](auto&, auto& seen) { set_cycle(seen, 4, 12); },
+     "rsi", Level::Fault, "every 4.00 ms, its IPOC rises by 12, and stream.cycle_ms is 4",
+     "make the sender send every 12 ms, as its IPOC counts, and set stream.cycle_ms to 12"},
     {"WrongArm", [](auto&, auto& seen) { sender(seen).frame.rist->x_mm += 100; },
      "rsi", Level::Fault, "RIst is 100.0 mm", "correct robot.file"},
     {"BeyondLimits", [](auto& cell, auto& seen) {
@@ -363,6 +385,18 @@ TEST(ADoctorOfAHealthyCell, FindsNothingButThatTheDaemonIsNotStarted) {
         << testing::PrintToString(finding);
     EXPECT_EQ(finding.next.empty(), finding.level == Level::Ok) << testing::PrintToString(finding);
   }
+}
+
+TEST(ADoctorOfAnotherCycle, NamesItBeforeAllElse) {
+  const config::CellConfig cell = cell_in_a_plant();
+  Observations seen = all_is_well(cell);
+  seen.daemon = daemon_with(stream_with({}));
+  set_cycle(seen, 40, 40);
+  sender(seen).elements.names = {"RIst.X"};
+  sender(seen).elements.decimals = 1;
+  sender(seen).malformed = 1;
+  seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Unreachable, "refused"});
+  EXPECT_THAT(diagnose("cell.yaml", cell, seen).at(0).finding, HasSubstr("every 40.00 ms"));
 }
 
 /// What follows from a cause that was found is not said beside it.

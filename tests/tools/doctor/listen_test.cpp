@@ -82,7 +82,7 @@ TEST(Listen, SaysThatNobodySends) {
   const Finished heard =
       run_program("truepose", {"listen", "127.0.0.1:" + std::to_string(unused_udp_port()), "--for", "0"});
   EXPECT_EQ(heard.exit_code, 1);
-  EXPECT_THAT(heard.out, HasSubstr("nobody sent"));
+  EXPECT_THAT(heard.out, HasSubstr("no packet came to"));
 }
 
 TEST(Listen, NamesWhoHoldsThePort) {

@@ -354,6 +354,15 @@ TEST(Controller, LetsTheNamesOfTheScenarioPassTheAdvanceRun) {
   }
 }
 
+TEST(Controller, ShowsItsProgramsTheAnalogOutputsOfRsi) {
+  Controller controller{with_program("WAIT FOR $ANOUT[3]<-0.2\nMsgNotify(\"low\",\"x\")\n")};
+  controller.advance(100ms);
+  EXPECT_THAT(controller.take_messages(), IsEmpty());
+  controller.take({.monitor_axis = {}, .analog = {{3, -0.25}}});
+  controller.advance(100ms);
+  EXPECT_THAT(controller.take_messages(), ElementsAre("low"));
+}
+
 /// A program that is stopped leaves RSI on: the axes go on by its cycles.
 TEST(Controller, IsJoggedUnderRsiOnceItsProgramIsStopped) {
   Controller controller{
@@ -391,6 +400,48 @@ TEST(Controller, TakesTimeForMotionsWithoutWay) {
   EXPECT_LE(motions, 505) << "4 ms each at least";
 }
 
+constexpr const char* kSensorChannel = R"(<ETHERNETKRL>
+  <CONFIGURATION>
+    <EXTERNAL><TYPE>Client</TYPE></EXTERNAL>
+    <INTERNAL><PORT>54600</PORT><ALIVE Set_Flag="1"/></INTERNAL>
+  </CONFIGURATION>
+  <RECEIVE><XML>
+    <ELEMENT Tag="Sensor/Action" Type="INT"/>
+    <ELEMENT Tag="Sensor/Frame" Type="FRAME"/>
+    <ELEMENT Tag="Sensor" Set_Flag="4"/>
+  </XML></RECEIVE>
+  <SEND><XML>
+    <ELEMENT Tag="Robot/Pos/@X"/><ELEMENT Tag="Robot/Pos/@Y"/><ELEMENT Tag="Robot/Pos/@Z"/>
+    <ELEMENT Tag="Robot/Pos/@A"/><ELEMENT Tag="Robot/Pos/@B"/><ELEMENT Tag="Robot/Pos/@C"/>
+    <ELEMENT Tag="Robot/Left"/>
+  </XML></SEND>
+</ETHERNETKRL>)";
+
+TEST(Controller, ServesAChannelOfAnyNameWithFramesAndClearedBuffers) {
+  ControllerSetup setup = with_program(
+      "DECL EKI_STATUS RET\nDECL FRAME F\nRET=EKI_Init(\"Sensor\")\nRET=EKI_Open(\"Sensor\")\n"
+      "WAIT FOR $FLAG[4]\nRET=EKI_GetFrame(\"Sensor\",\"Sensor/Frame\",F)\nF.X=F.X+1\n"
+      "RET=EKI_SetFrame(\"Sensor\",\"Robot/Pos\",F)\nRET=EKI_ClearBuffer(\"Sensor\",\"Sensor\")\n"
+      "RET=EKI_CheckBuffer(\"Sensor\",\"Sensor/Action\")\n"
+      "RET=EKI_SetInt(\"Sensor\",\"Robot/Left\",RET.BUFF)\nRET=EKI_Send(\"Sensor\",\"Robot\")\n"
+      "RET=EKI_Clear(\"Sensor\")\n");
+  setup.eki_files.emplace("Sensor", kSensorChannel);
+  Controller controller{setup};
+  controller.advance(100ms);
+  ASSERT_TRUE(controller.connect("Sensor"));
+  controller.receive("Sensor",
+                     "<Sensor><Action>7</Action>"
+                     "<Frame X=\"1.5\" Y=\"2\" Z=\"3\" A=\"-4\" B=\"5\" C=\"6\"/></Sensor>");
+  controller.advance(100ms);
+  EXPECT_THAT(controller.take_messages(), IsEmpty());
+  const auto documents = controller.take_documents();
+  ASSERT_EQ(documents.size(), 1U);
+  EXPECT_EQ(documents[0].text,
+            "<Robot><Pos X=\"2.500000\" Y=\"2.000000\" Z=\"3.000000\" A=\"-4.000000\" B=\"5.000000\" "
+            "C=\"6.000000\"></Pos><Left>0</Left></Robot>");
+  EXPECT_THAT(controller.take_closed(), ElementsAre("Sensor")) << "EKI_Clear closes the client";
+}
+
 TEST(Controller, SetsParametersOfTheContextByTheirNames) {
   ControllerSetup setup = with_program(
       "DECL INT ID\nDECL REAL WAS,NOW\nIF RSI_CREATE(\"truepose_rsi\",ID,TRUE)<>RSIOK THEN\nHALT\nENDIF\n"
@@ -400,7 +451,7 @@ TEST(Controller, SetsParametersOfTheContextByTheirNames) {
       "IF RSI_GETPUBLICPAR(ID,\"axiscorr_1\",\"lowerlima1\",NOW)<>RSIOK THEN\nHALT\nENDIF\n"
       "IF (WAS<>-5.0) OR (NOW<>-2.5) THEN\nHALT\nENDIF\n"
       "IF RSI_ON(#RELATIVE,#IPO_FAST)<>RSIOK THEN\nHALT\nENDIF\nRSI_MOVECORR()\n");
-  setup.rsi_parameter = [](const RsiParameter& parameter) {
+  setup.rsi_parameter = [](const std::string&, const RsiParameter& parameter) {
     return parameter.parameter == "Bad" ? std::nullopt : std::optional{-5.0};
   };
   Controller controller{setup};
@@ -468,6 +519,23 @@ TEST(Controller, MakesInlineFormsWithTheToolAndBaseOfTheirNumbers) {
     EXPECT_LT((there.translation() - wanted.translation()).norm(), 1e-3) << motion;
     EXPECT_TRUE(there.linear().isApprox(wanted.linear(), 1e-6)) << motion;
   }
+}
+
+TEST(Controller, LoadsLinDataAsKss8WritesItIntoDataLists) {
+  ControllerSetup setup =
+      with_program("BAS(#INITMOV,0)\nLDAT_ACT=LCPDAT1\nFDAT_ACT=FP1\nBAS(#CP_PARAMS,0.5)\n");
+  setup.programs.push_back(
+      {"part.dat",
+       "DEFDAT PART\nDECL FDAT FP1={TOOL_NO 0,BASE_NO 0,IPO_FRAME #BASE,POINT2[] \" \"}\n"
+       "DECL LDAT LCPDAT1={VEL 2.0,ACC 100.0,APO_DIST 500.0,APO_FAC 50.0,AXIS_VEL 100.0,AXIS_ACC 100.0,"
+       "ORI_TYP #VAR,CIRC_TYP #BASE,JERK_FAC 50.0,GEAR_JERK 100.0,EXAX_IGN 0,CB {AUX_PT {ORI #CONSIDER,"
+       "E1 #CONSIDER,E2 #CONSIDER,E3 #CONSIDER,E4 #CONSIDER,E5 #CONSIDER,E6 #CONSIDER},TARGET_PT "
+       "{ORI #INTERPOLATE,E1 #INTERPOLATE,E2 #INTERPOLATE,E3 #INTERPOLATE,E4 #INTERPOLATE,"
+       "E5 #INTERPOLATE,E6 #INTERPOLATE}}}\nENDDAT"});
+  Controller controller{setup};
+  controller.advance(5s);
+  EXPECT_THAT(controller.take_messages(), IsEmpty());
+  EXPECT_EQ(controller.program().state, eki::ProgramState::Ended);
 }
 
 TEST(Controller, NamesTheLineOfAProgramThatItCannotLoad) {

@@ -270,6 +270,41 @@ TEST_F(RsiClientTest, DiscardsAnotherSentypeAndGarbage) {
   EXPECT_EQ(begin().delay, 1);
 }
 
+TEST_F(RsiClientTest, SaysOnceForEachCauseWhyAReplyIsRejected) {
+  const std::uint64_t ipoc = begin().ipoc;
+  const auto with_changed = [&](const std::string& what, const std::string& to) {
+    std::string changed = reply(ipoc, 1);
+    changed.replace(changed.find(what), what.size(), to);
+    return changed;
+  };
+  const std::string number = std::to_string(ipoc);
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"hello\n", "is no XML document Sen (it begins \"hello.\"). Send <Sen Type=\"TruePose\">."},
+      {with_changed("TruePose", "ImFree"),
+       "SENTYPE is \"ImFree\", the configuration says \"TruePose\". Send that as Type of Sen."},
+      {with_changed(number, "x"), "IPOC is \"x\", no whole number. Copy the IPOC of the packet."},
+      {with_changed("A1=\"", "A1=\"x"),
+       "AK.A1 is \"x1.000000\", no number. Send digits with a decimal point."},
+      {reply(5, 1), "IPOC is 5, the packet has " + number + ". Copy it unchanged."}};
+  for (const auto& [datagram, line] : cases) {
+    client.receive(datagram);
+    EXPECT_EQ(client.take_rejections(), std::vector{line});
+    client.receive(datagram);
+    EXPECT_EQ(client.take_rejections(), std::vector<std::string>{}) << "said before";
+  }
+  client.receive(reply(ipoc, 1));
+  EXPECT_EQ(client.take_rejections(), std::vector<std::string>{}) << "not rejected";
+  client.receive(reply(ipoc, 1));
+  EXPECT_EQ(
+      client.take_rejections(),
+      std::vector{"IPOC is " + number + ", which was answered before. Send one reply for each packet."});
+  client.end_cycle();
+  client.restart(0, std::nullopt);
+  begin();
+  client.receive("hello\n");
+  EXPECT_EQ(client.take_rejections(), std::vector{cases[0].second}) << "another session";
+}
+
 TEST_F(RsiClientTest, HoldsTheCorrectionWithHoldon) {
   answered(0.5);
   unanswered();
@@ -534,6 +569,23 @@ TEST(RsiFlow, SetsAByteOfOutputsAndRealsAsKukasExampleDoes) {
           {33, true}, {34, false}, {35, true}, {36, true}, {37, true}, {38, true}, {39, true}, {40, false}}))
       << "125 in $OUT[33] to $OUT[40]";
   EXPECT_EQ(effects.sen_prea, (std::map<int, double>{{2, -0.25}}));
+}
+
+TEST(RsiFlow, LeadsAConstantToEthernetAndCorrectionsAndAnalogOutputs) {
+  rsi::Context context =
+      with({{.type = "CONSTANT", .id = "C", .values = {{"Value", "0.75"}}},
+            {.type = "CONSTANT", .id = "Zero"},
+            {.type = "MAP2ANOUT", .id = "O1", .inputs = {{1, {"ETHERNET1", 9}}}, .values = {{"Index", "3"}}},
+            {.type = "MAP2ANOUT", .id = "O2", .inputs = {{1, {"C", 1}}}}});
+  std::ranges::find(context.objects, "AXISCORR", &rsi::ContextObject::type)->inputs[2] = {"C", 1};
+  const auto flow = RsiFlow::of(context);
+  ASSERT_TRUE(flow) << flow.error();
+  const ChannelValues sent = flow->sent(sources());
+  EXPECT_EQ(sent.at(6), 0.75);
+  EXPECT_EQ(sent.at(7), 0) << "what it is without a value";
+  const FlowEffects effects = flow->effects(sources(), {{9, -0.25}});
+  EXPECT_EQ(effects.correction_deg[1], 0.75);
+  EXPECT_EQ(effects.analog, (std::map<int, double>{{1, 0.75}, {3, -0.25}})) << "$ANOUT[1] and $ANOUT[3]";
 }
 
 TEST(RsiFlow, AddsCorrectionsUpToTheLimitsWhereTheyAreRelative) {

@@ -4,9 +4,13 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/arm/forward.hpp"
@@ -14,6 +18,7 @@
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
 #include "tests/simulator_process.hpp"
+#include "tests/temp_folder.hpp"
 #include "tests/tools/sim/kr210.hpp"
 
 namespace truepose::sim {
@@ -26,11 +31,16 @@ constexpr std::uint64_t kCellSeed = 20261121;
 
 config::Scenario demo() { return config::load_scenario(TRUEPOSE_SOURCE_DIR "/config/scenarios/demo.yaml"); }
 
+rsi::EthernetConfig shipped_ethernet() {
+  return rsi::parse_ethernet_config(text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"))
+      .value();
+}
+
 /// A scenario, moved and measured by the real drivers over loopback, faster than life.
 class Cell {
  public:
   explicit Cell(std::uint64_t seed, config::Scenario what = demo())
-      : scenario{std::move(what)}, cell_{io_.get_executor(), scenario, ethernet(), options(seed)} {}
+      : scenario{std::move(what)}, cell_{io_.get_executor(), scenario, shipped_ethernet(), options(seed)} {}
 
   template <class T>
   T run(asio::awaitable<T> call) {
@@ -77,12 +87,6 @@ class Cell {
   const config::Scenario scenario;
 
  private:
-  static rsi::EthernetConfig ethernet() {
-    return rsi::parse_ethernet_config(
-               text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"))
-        .value();
-  }
-
   static CellOptions options(std::uint64_t seed) {
     CellOptions options;
     options.rsi_host = "127.0.0.1";
@@ -226,13 +230,86 @@ TEST(SimulatedCell, SetsItsOverrideBackAfterTheTimeThatAFaultLasts) {
 }
 
 TEST(SimulatedCell, RefusesASendListThatItCannotServe) {
-  rsi::EthernetConfig ethernet =
-      rsi::parse_ethernet_config(text_of(TRUEPOSE_SOURCE_DIR "/config/kuka/rsi/truepose_rsi_ethernet.xml"))
-          .value();
+  rsi::EthernetConfig ethernet = shipped_ethernet();
   ethernet.send.push_back({"DEF_Nonsense", rsi::ElementType::Double, std::nullopt});
   asio::io_context io;
   const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9};
   EXPECT_THROW((SimulatedCell{io.get_executor(), demo(), ethernet, options}), std::invalid_argument);
+}
+
+/// A controller with a channel and a program of its own, and without the files that truepose ships.
+config::Scenario cell_of_its_own(const TempFolder& folder, const std::string& program) {
+  std::filesystem::create_directories(folder.path() / "files/eki");
+  std::filesystem::create_directories(folder.path() / "files/krl");
+  folder.write("files/eki/Sensor.xml",
+               "<ETHERNETKRL><CONFIGURATION><EXTERNAL><TYPE>Client</TYPE></EXTERNAL><INTERNAL>"
+               "<PORT>0</PORT></INTERNAL></CONFIGURATION></ETHERNETKRL>");
+  folder.write("files/krl/part.src", "DEF PART()\nDECL EKI_STATUS RET\n" + program + "END\n");
+  config::Scenario scenario = demo();
+  scenario.controller_files = folder.path() / "files";
+  scenario.programs.clear();
+  scenario.selected = "PART";
+  return scenario;
+}
+
+TEST(SimulatedCell, OpensTheChannelsThatItsProgramsNameWithoutTrueposesOwn) {
+  const TempFolder folder;
+  asio::io_context io{1};
+  const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9};
+  SimulatedCell cell{io.get_executor(),
+                     cell_of_its_own(folder, "RET=EKI_Init(\"Sensor\")\nRET=EKI_Open(\"Sensor\")\nHALT\n"),
+                     shipped_ethernet(), options};
+  EXPECT_EQ(cell.ports().eki, 0);
+  EXPECT_EQ(cell.ports().eki_state, 0);
+  ASSERT_EQ(cell.ports().others.size(), 1U);
+  EXPECT_EQ(cell.ports().others[0].channel, "Sensor");
+  asio::ip::tcp::socket client{io};
+  client.connect({asio::ip::address_v4::loopback(), cell.ports().others[0].port});
+  EXPECT_TRUE(client.is_open());
+}
+
+TEST(SimulatedCell, RefusesAProgramThatNamesAChannelOfTrueposeWithoutItsFile) {
+  const TempFolder folder;
+  asio::io_context io{1};
+  const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9};
+  EXPECT_THROW((SimulatedCell{io.get_executor(), cell_of_its_own(folder, "RET=EKI_Init(\"CellLink\")\n"),
+                              shipped_ethernet(), options}),
+               std::invalid_argument);
+}
+
+TEST(SimulatedCell, RunsTheContextThatItsProgramNames) {
+  for (const std::string name : {"Sensor", "Sensor.rsi", "Other"}) {
+    const TempFolder folder;
+    asio::io_context io{1};
+    const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9, .speedup = 500};
+    config::Scenario scenario = cell_of_its_own(
+        folder, "DECL INT ID\nIF RSI_CREATE(\"" + name +
+                    "\",ID,TRUE)<>RSIOK THEN\nHALT\nENDIF\n"
+                    "IF RSI_ON(#ABSOLUTE,#IPO_FAST)<>RSIOK THEN\nHALT\nENDIF\nRSI_MOVECORR()\n");
+    scenario.operator_s = 1e6;
+    std::filesystem::create_directories(folder.path() / "files/rsi");
+    folder.write("files/rsi/Sensor.rsi.xml",
+                 rsi::context_xml(rsi::truepose_context({}), rsi::ContextFormat::RsiXml));
+    SimulatedCell cell{io.get_executor(), std::move(scenario), shipped_ethernet(), options};
+    const bool is_there = name != "Other";
+    EXPECT_EQ(cell.statistics().rsi.sessions, is_there ? 1U : 0U) << name;
+    EXPECT_EQ(cell.program().state, is_there ? eki::ProgramState::Active : eki::ProgramState::Stopped)
+        << name;
+  }
+}
+
+TEST(SimulatedCell, HasItsProgramStartedAgainAfterHalt) {
+  const TempFolder folder;
+  asio::io_context io{1};
+  const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9, .speedup = 500};
+  config::Scenario scenario = cell_of_its_own(folder, "HALT\nHALT\nWAIT SEC 0.1\n");
+  scenario.operator_s = 3;
+  SimulatedCell cell{io.get_executor(), std::move(scenario), shipped_ethernet(), options};
+  EXPECT_EQ(cell.program().state, eki::ProgramState::Stopped);
+  const auto deadline = std::chrono::steady_clock::now() + 30s;
+  while (cell.program().state != eki::ProgramState::Ended && std::chrono::steady_clock::now() < deadline)
+    io.run_one_for(100ms);
+  EXPECT_EQ(cell.program().state, eki::ProgramState::Ended) << "past both HALTs";
 }
 
 TEST(SimulatedCell, ReplaysItsPointsFromTheSeed) {

@@ -116,6 +116,9 @@ class Host {
   /// An interrupt breaks into the program now: $AXIS_INT and $POS_INT are where the arm is.
   virtual void interrupted() {}
 
+  /// The robot program came to HALT.
+  virtual void halted() {}
+
   virtual void show(const Message& message) = 0;
 };
 

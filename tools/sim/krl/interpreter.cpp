@@ -210,6 +210,7 @@ void Interpreter::control(const Instruction& instruction) {
     }
     case Op::Halt:
       state_ = ProgramState::Stopped;
+      if (kind_ == InterpreterKind::Robot) host_.halted();
       return;
     case Op::Trigger:
       return switching_.push_back(pop_switching_point(program_.triggers[a]));

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 
@@ -16,6 +17,11 @@ namespace {
 
 constexpr int kLeastDecimals = 4;
 constexpr double kLost = 0.01;  // share of the controller's cycles
+// By so large a share two periods differ; of fewer cycles no period is measured.
+constexpr double kOtherPeriod = 0.2;
+constexpr std::uint64_t kMeasuredCycles = 10;
+constexpr std::uint64_t kIpocOfKrC2 = 1;  // from cycle to cycle
+constexpr double kFastCycle_ms = 4, kIpoCycle_ms = 12;
 
 std::string listed(const std::vector<std::string>& names) {
   std::string list;
@@ -38,6 +44,7 @@ class SenderFindings {
   Findings all() {
     look_at_address();
     if (is_another_) return findings_;  // what it sends is not the controller's
+    look_at_cycle();
     look_at_malformed();
     if (sender_.frames == 0) return findings_;
     look_at_names();
@@ -70,6 +77,41 @@ class SenderFindings {
         "packets come from " + from_ + ", and the controller is expected at " + cell_.robot.rsi_peer +
             " (robot.rsi_peer): the daemon drops them",
         "give the controller's address in the RSI network as robot.rsi_peer, or stop that sender");
+  }
+
+  /// Measured by the IPOC, so lost packets do not count; none where too few cycles came.
+  std::optional<double> period_ms() const {
+    if (sender_.ipoc_step == 0) return std::nullopt;
+    const std::uint64_t cycles = (sender_.ipoc - sender_.ipoc_begin) / sender_.ipoc_step;
+    if (cycles < kMeasuredCycles) return std::nullopt;
+    return std::chrono::duration<double, std::milli>(sender_.last - sender_.first).count() /
+           static_cast<double>(cycles);
+  }
+
+  /// Another cycle than the configured one explains nearly all else that is found.
+  void look_at_cycle() {
+    const auto configured_ms = static_cast<double>(cell_.stream.cycle.count());
+    const auto differ = [](double a, double b) { return std::abs(a - b) > kOtherPeriod * b; };
+    const auto measured_ms = period_ms();
+    const bool counts_ms = sender_.ipoc_step > kIpocOfKrC2;
+    const auto ipoc_ms = counts_ms     ? std::optional{static_cast<double>(sender_.ipoc_step)}
+                         : measured_ms ? std::optional{std::round(*measured_ms)}
+                                       : std::nullopt;
+    if (!ipoc_ms) return;
+    const bool is_off = measured_ms && differ(*measured_ms, *ipoc_ms);
+    if (*ipoc_ms == configured_ms && !is_off) return;
+    const std::string measured = measured_ms ? formatted("every %.2f ms", *measured_ms) : "";
+    std::string next = formatted("set stream.cycle_ms to %.0f and restart trueposed", *ipoc_ms);
+    if (is_off) {
+      next = formatted("make the sender send every %.0f ms, as its IPOC counts, ", *ipoc_ms) +
+             (*ipoc_ms == configured_ms ? "or correct its IPOC and stream.cycle_ms" : "and " + next);
+    } else if (configured_ms == kFastCycle_ms || configured_ms == kIpoCycle_ms) {
+      next += std::string{", or start RSI with "} + (configured_ms == kFastCycle_ms ? "#IPO_FAST" : "#IPO");
+    }
+    say(Level::Fault,
+        from_ + " sends packets" + (measured.empty() ? "" : " " + measured) + ", its IPOC rises by " +
+            std::to_string(sender_.ipoc_step) + formatted(", and stream.cycle_ms is %.0f", configured_ms),
+        next);
   }
 
   void look_at_malformed() {
@@ -112,11 +154,9 @@ class SenderFindings {
     const double rounded_mm = sender_.elements.decimals < kLeastDecimals ? rounding_mm() : 0;
     daemon::ArmCheck check{cell_.robot.model, cell_.stream.cycle,
                            cell_.robot.max_fk_deviation_mm + rounded_mm};
-    for (const auto& found : {check.cycle(sender_.ipoc_step), check.arm(sender_.frame, 0)}) {
-      if (!found) continue;
+    if (const auto found = check.arm(sender_.frame, 0))
       findings_.push_back(from_sentence("rsi", Level::Fault,
                                         daemon::reason({.fault = found->fault, .detail = found->detail})));
-    }
   }
 
   void look_at_limits() {
