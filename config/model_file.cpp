@@ -325,7 +325,7 @@ std::optional<std::string> larger_correction(const RobotModel& nominal, const Ca
   const double now_deg = made_deg == 0 ? 0 : largest_correction(nominal, cell, poses) * kDegPerRad;
   if (now_deg <= made_deg + kReproduced_deg) return std::nullopt;
   return formatted(
-      "it corrects a joint by up to %.3f deg at its own poses, and by %.3f deg when it was made (it, "
+      "it corrects a joint by up to %.3f deg at its own poses; when it was made by %.3f deg (it, "
       "or the robot file, has been changed)",
       now_deg, made_deg);
 }

@@ -70,6 +70,18 @@ class CheckWords(unittest.TestCase):
     def test_a_block_that_is_not_run_needs_a_reason(self):
         self.assert_found("a block of sh that is not in NOT_RUN", GOOD + "\n```sh\nreboot\n```\n", "--words")
 
+    def test_a_message_is_judged_as_one_where_its_text_is_broken(self):
+        source = pathlib.Path(self.folder.name) / "daemon/a.cpp"
+        source.parent.mkdir()
+
+        def judged(text):
+            source.write_text(text, encoding="utf-8")
+            return subprocess.run([ROOT / "tools/check-words", "--root", self.folder.name, "--messages"], capture_output=True, text=True, check=False)
+
+        self.assertEqual(judged('// told\nsay("the arm stands", kTold);\n').returncode, 0)
+        self.assertIn("daemon/a.cpp:2: 'so that' has a term", judged('// a\nsay("it stands, so "\n    "that it is dry");\n').stdout)
+        self.assertIn("a clause of 26 words", judged('say("' + "word " * 26 + '");\n').stdout)
+
     def test_commands_print_what_the_page_shows(self):
         self.assert_good(GOOD + "\n```console\n$ printf 'one\\ntwo 2.50\\nthree\\n'\none\ntwo ...\n...\n$ cat <<END\n> four\n> END\nfour\n```\n")
 
