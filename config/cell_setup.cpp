@@ -15,6 +15,12 @@ namespace {
 // Taken from the reflector's cone, as far as that leaves so much.
 constexpr double kPlacementTolerance_rad = 5 * kRadPerDeg;
 
+/// Of a tool with one point and no 6-D target it is the controller's own.
+bool has_orientation(const ToolFile& tool) {
+  const auto has_axes = [](const FrameReading& reading) { return reading.orientation.has_value(); };
+  return tool.data.points.size() > 1 || std::ranges::any_of(tool.data.readings, has_axes);
+}
+
 }  // namespace
 
 CalibratedCell rough_cell(const CellConfig& cell) {
@@ -119,7 +125,10 @@ std::expected<CorrectedArm, std::string> corrected_arm(const CellConfig& cell, c
         model.reflectors.empty() ? Eigen::Vector3d(0, 0, 0) : model.reflectors.front().p_FS_mm;
     return CorrectedArm{model.robot, cell.stream.p_FT_mm.value_or(p_FS_mm)};
   }
-  const auto measured = tool_under({model, {}, {cell.tracker.noise, cell.robot.repeatability_mm}}, *tool);
+  ToolFile by_controller = *tool;
+  if (X_FT && !has_orientation(*tool)) by_controller.X_told.linear() = X_FT->linear();
+  const auto measured =
+      tool_under({model, {}, {cell.tracker.noise, cell.robot.repeatability_mm}}, by_controller);
   if (!measured) return std::unexpected("tool " + std::to_string(tool->number) + ": " + measured.error());
   const Eigen::Isometry3d& X_told = X_FT ? *X_FT : tool->X_told;
   return CorrectedArm{with_tool(model.robot, measured->X, X_told), X_told.translation()};
@@ -128,13 +137,15 @@ std::expected<CorrectedArm, std::string> corrected_arm(const CellConfig& cell, c
 std::string other_tool_data(const ToolFile& tool, const Eigen::Isometry3d& X_FT) {
   constexpr double kMost_mm = 0.02, kMost_deg = 0.002;  // of a REAL, typed with three decimals
   const double mm = (X_FT.translation() - tool.X_told.translation()).norm();
-  const double deg = angle_between(X_FT.linear(), tool.X_told.linear()) * kDegPerRad;
+  const bool abc = has_orientation(tool);
+  const double deg = abc ? angle_between(X_FT.linear(), tool.X_told.linear()) * kDegPerRad : 0;
   if (mm <= kMost_mm && deg <= kMost_deg) return {};
   const std::string number = std::to_string(tool.number);
-  return "the controller's frame of tool " + number + formatted(" is %.3f mm and %.4f deg", mm, deg) +
-         " from the measured one, and is corrected as the controller has it: put the measured frame into "
-         "TOOL_DATA[" +
-         number + "] (truepose tool list), or work without the measured tool";
+  return "the controller's frame of tool " + number + formatted(" is %.3f mm", mm) +
+         (abc ? formatted(" and %.4f deg", deg) : "") +
+         " from the measured one, and is corrected as the controller has it: put the measured " +
+         (abc ? "frame" : "X, Y, Z") + " into TOOL_DATA[" + number +
+         "] (truepose tools list), or work without the measured tool";
 }
 
 const LinkMass* load_of(const CellConfig& cell, std::optional<int> tool) {

@@ -412,7 +412,7 @@ void StreamService::look_for_silence(const StreamStatus& status) {
 
 void StreamService::follow(const StreamStatus& status) {
   if (status.state == StreamState::Fault) {
-    if (runner_.corrects()) runner_.apply(StreamFaulted{fault_text(status)}, "");
+    if (runner_.corrects()) runner_.apply(StreamFaulted{why_faulted(status)}, "");
   } else if (runner_.in<StreamStopping>()) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "the correction is ramped out");
   } else if (runner_.in<Disarming>()) {
@@ -424,6 +424,16 @@ void StreamService::follow(const StreamStatus& status) {
   } else if (status.counters.answered > before_stream_.counters.answered) {
     runner_.apply(StreamStarted{}, "the controller's packets are answered");
   }
+}
+
+/// The realtime thread does not know that the controller has another frame than the measured one, and that by
+/// it alone a correction may be out of reach.
+FaultText StreamService::why_faulted(const StreamStatus& status) const {
+  const std::string other_frame = runner_.faults().text(FaultCode::ToolData);
+  const bool is_too_large =
+      status.fault == StreamFault::NoSolution || status.fault == StreamFault::BoundBroken;
+  if (!is_too_large || other_frame.empty()) return fault_text(status);
+  return {"the correction is out of reach: " + other_frame};
 }
 
 bool StreamService::in_force() const {

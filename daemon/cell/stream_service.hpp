@@ -57,6 +57,7 @@ class StreamService {
   void follow(const StreamStatus& status);
   std::string no_answer(const StreamStatus& now) const;
   std::string trouble(const StreamStatus& now) const;
+  FaultText why_faulted(const StreamStatus& status) const;
   RobotCondition robot(const StreamStatus& status) const;
 
   CellParts parts_;

@@ -389,5 +389,16 @@ TEST_F(CellFile, ReportsAMistakeInTheRobotFileThere) {
   EXPECT_EQ(error(kSmallest), "robot.yaml:1:1: missing key 'joints'");
 }
 
+TEST(OtherToolData, ComparesTheOrientationOfA6DTargetAlone) {
+  ToolFile tool{.number = 3, .data = {.points = {{kOrigin, {}}}, .readings = {FrameReading{}}}};
+  Eigen::Isometry3d X = tool.X_told;
+  X.rotate(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitZ()));
+  EXPECT_EQ(other_tool_data(tool, X), "");
+  X.translation().z() += 1;
+  EXPECT_THAT(other_tool_data(tool, X), HasSubstr("put the measured X, Y, Z into TOOL_DATA[3]"));
+  tool.data.readings[0].orientation.emplace();
+  EXPECT_THAT(other_tool_data(tool, X), HasSubstr("is 1.000 mm and 0.5730 deg from the measured one"));
+}
+
 }  // namespace
 }  // namespace truepose::config
