@@ -404,7 +404,7 @@ TEST_F(ControlCommands, ThatCannotBePutOnRecordAreNotDone) {
   ASSERT_FALSE(refused.result);
   EXPECT_EQ(Client::code_of(refused), -32009);
   EXPECT_THAT(refused.result.error().message,
-              AllOf(HasSubstr("not done, since the audit log cannot be written: File too large"),
+              AllOf(HasSubstr("not carried out, since the audit log cannot be written: File too large"),
                     HasSubstr("make room on the disk, then cell.acknowledge")));
   EXPECT_EQ(calls().size(), 1U);
   EXPECT_THAT(why_unrecorded(), ElementsAre(HasSubstr("audit trail cannot be written: File too large")));

@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kLeastDecimals = 4;
 constexpr double kLost = 0.01;  // share of the controller's cycles
-// By so large a share two periods differ; of fewer cycles no period is measured.
-constexpr double kOtherPeriod = 0.2;
+// By such a factor two periods differ: a loaded machine delays its sender by less. Of fewer cycles no period is measured.
+constexpr double kOtherPeriod = 2;
 constexpr std::uint64_t kMeasuredCycles = 10;
 constexpr std::uint64_t kIpocOfKrC2 = 1;  // from cycle to cycle
 constexpr double kFastCycle_ms = 4, kIpoCycle_ms = 12;
@@ -91,7 +91,7 @@ class SenderFindings {
   /// Another cycle than the configured one explains nearly all else that is found.
   void look_at_cycle() {
     const auto configured_ms = static_cast<double>(cell_.stream.cycle.count());
-    const auto differ = [](double a, double b) { return std::abs(a - b) > kOtherPeriod * b; };
+    const auto differ = [](double a, double b) { return std::max(a, b) > kOtherPeriod * std::min(a, b); };
     const auto measured_ms = period_ms();
     const bool counts_ms = sender_.ipoc_step > kIpocOfKrC2;
     const auto ipoc_ms = counts_ms     ? std::optional{static_cast<double>(sender_.ipoc_step)}
