@@ -107,7 +107,8 @@ std::string stream_reason(const StreamStatus& status, const StreamSurroundings& 
   silent = silent && around.streaming;
   const bool of_its_packets = status.state == StreamState::Unproven || status.state == StreamState::Frozen;
   const bool pressed = around.streaming && !silent && around.robot.emergency_stop.value_or(false);
-  if (const std::string why = reason(status); !why.empty() && !(of_its_packets && silent))
+  const std::string why = around.frozen.empty() ? reason(status) : around.frozen;
+  if (!why.empty() && !(of_its_packets && silent))
     return pressed ? "an emergency stop is pressed; " + why : why;
   if (silent) return around.armed ? closed_text(status, around.age) : old_packet_text(status, around.age);
   if (pressed) return "an emergency stop is pressed";

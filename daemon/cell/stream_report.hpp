@@ -56,6 +56,7 @@ struct StreamSurroundings {
   std::optional<drivers::Duration> age;  ///< of the controller's last good packet, where there was one
   std::string refused;                   ///< the last packet that was not taken, in words; empty = none
   std::string trouble;  ///< why it does not run, which the realtime thread does not know; empty = it may
+  std::string frozen;   ///< what its fault says while it is frozen, which keeps a cause that was seen once
   std::string model_id;
   std::optional<int> tool{};   ///< number of the one in force, where it is known
   bool tool_measured = false;  ///< so that its TCP is what is corrected

@@ -466,6 +466,7 @@ json::object StreamService::json() const {
        .age = packet_age(status, parts_.clock.now()),
        .refused = refused_.last,
        .trouble = trouble(status),
+       .frozen = status.state == StreamState::Frozen ? runner_.faults().text(FaultCode::StreamFrozen) : "",
        .model_id = models_.active() ? models_.active()->record.id : "",
        .tool = models_.tool().number,
        .tool_measured = models_.tool().is_measured,

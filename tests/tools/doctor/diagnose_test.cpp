@@ -135,6 +135,7 @@ void set_cycle(Observations& seen, int period_ms, std::uint64_t ipoc_step) {
   RsiSender& its = sender(seen);
   its.frames = static_cast<std::uint64_t>(kTime_ms / period_ms) + 1;
   its.last = its.first + std::chrono::milliseconds{kTime_ms};
+  its.shortest = std::chrono::milliseconds{period_ms};
   its.ipoc_step = ipoc_step;
   its.ipoc = its.ipoc_begin + (its.frames - 1) * ipoc_step;
 }
@@ -397,6 +398,15 @@ TEST(ADoctorOfAnotherCycle, NamesItBeforeAllElse) {
   sender(seen).malformed = 1;
   seen.robot = std::unexpected(drivers::RobotError{drivers::RobotFault::Unreachable, "refused"});
   EXPECT_THAT(diagnose("cell.yaml", cell, seen).at(0).finding, HasSubstr("every 40.00 ms"));
+}
+
+TEST(ADoctorOfAnotherCycle, AccusesNoSenderThatALoadedMachineStretches) {
+  const config::CellConfig cell = cell_in_a_plant();
+  Observations seen = all_is_well(cell);
+  set_cycle(seen, 12, 4);
+  sender(seen).shortest = 3900us;
+  for (const Finding& one : diagnose("cell.yaml", cell, seen))
+    EXPECT_THAT(one.finding, Not(HasSubstr("its IPOC rises")));
 }
 
 /// What follows from a cause that was found is not said beside it.

@@ -43,7 +43,9 @@ void RsiWatch::take(const drivers::Datagram& datagram, bool cut) {
     sender.source = datagram.source;
     sender.first = datagram.received;
   } else {
-    sender.longest = std::max<drivers::Duration>(sender.longest, datagram.received - sender.last);
+    const drivers::Duration gap = datagram.received - sender.last;
+    sender.longest = std::max(sender.longest, gap);
+    sender.shortest = std::min(sender.shortest.value_or(gap), gap);
   }
   sender.last = datagram.received;
   if (cut) return take_malformed(sender, "longer than 64 KB", 0, datagram.bytes);

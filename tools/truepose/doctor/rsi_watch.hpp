@@ -18,9 +18,10 @@ struct RsiSender {
   drivers::UdpSource source;
   std::uint64_t frames = 0;  ///< that can be believed
   std::uint64_t malformed = 0;
-  drivers::TimePoint first{}, last{};       ///< arrival of its first and last datagram
-  drivers::Duration longest{0};             ///< between two of them
-  std::uint64_t ipoc_begin = 0, ipoc = 0;   ///< of the first frame and the last
+  drivers::TimePoint first{}, last{};           ///< arrival of its first and last datagram
+  drivers::Duration longest{0};                 ///< between two of them
+  std::optional<drivers::Duration> shortest{};  ///< between two of them
+  std::uint64_t ipoc_begin = 0, ipoc = 0;       ///< of the first frame and the last
   std::uint64_t ipoc_step = 0;              ///< least that it rises from frame to frame; 0 = not yet known
   std::optional<std::int64_t> delay_begin;  ///< of the first frame
   rsi::RobotFrame frame;                    ///< the last one
