@@ -273,7 +273,7 @@ bool is_payload_open(const ModelFile& model) {
   const RobotModel& robot = model.cell.robot;
   if (robot.payload || !std::ranges::count(robot.deviation, DeviationBasis::Gravity, &DeviationTerm::basis))
     return false;
-  // Files of before do not tell; without masses of links it takes several payloads to see that the arm bends.
+  // Without masses of links it takes several payloads to identify the deflection.
   return model.several_payloads || robot.masses.empty();
 }
 
@@ -388,7 +388,7 @@ ModelFile parse_model(const std::string& text, const std::string& file_name) {
   const YamlValue yaml = parse_yaml(text, file_name);
   expect_kind(yaml, DocumentKind::Model);
   read_value(yaml, model);
-  if (!model.sha256.empty()) check_seal(text, file_name, "identify again");
+  check_seal(text, file_name, "identify again");
   return model;
 }
 

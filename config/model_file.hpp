@@ -33,7 +33,7 @@ struct ModelFile {
   std::vector<IdentifiedParameter> parameters;
   double validation_mean_mm = 0;  ///< after all layers, on validation poses; 0 = nothing was validated
   /// Of the parameters, as Calibration::covariance, and of a point about what they predict: what a drift
-  /// check judges by. Empty in files of before.
+  /// check judges by.
   Eigen::MatrixXd covariance;
   std::optional<MeasurementNoise> noise;
   double misfit_mm = 0;  ///< as Calibration's
@@ -42,13 +42,13 @@ struct ModelFile {
   std::string updates;  ///< the model that this one brings up to date, by id or file; empty: none
   /// Measured under several payloads, of which the robot file calls none the arm's own.
   bool several_payloads = false;
-  std::optional<CalibrationVerdict> verdict;  ///< on it when it was made; none in files of before
+  std::optional<CalibrationVerdict> verdict;  ///< on it when it was made
   std::string station;  ///< in whose tracker's frame the base is; empty where there was one station
-  /// Its own proof: what it was validated on, and the largest correction of a joint there. Empty and 0 in
-  /// files of before, and where each validation point was predicted by another fit.
+  /// Its own proof: what it was validated on, and the largest correction of a joint there. Empty and 0
+  /// where each validation point was predicted by another fit.
   std::vector<ValidationPoint> validation;
   double largest_correction_deg = 0;
-  std::string sha256;  ///< of the text before it, as it was read; empty in files of before
+  std::string sha256;  ///< of the text before it, as it was read
 };
 
 /// Every number of a model comes back from its text exactly, so that only the rounding of another compiler is

@@ -99,7 +99,7 @@ struct RobotModel {
   Eigen::Isometry3d X_flange = Eigen::Isometry3d::Identity();  ///< from the last joint's frame to F
 
   std::vector<LinkMass> masses;  ///< one per joint, or empty: not known
-  /// What the flange carries; nothing: not known, or among the masses, as in model files of before.
+  /// What the flange carries; nothing: not known, or among the masses.
   std::optional<LinkMass> payload;
   /// The data sheet's joints, by which gravity torques are reckoned, so that these do not change while the
   /// arm is identified; empty: `joints`.

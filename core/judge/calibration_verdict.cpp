@@ -453,6 +453,15 @@ Finds warmth_of_validation_open(const Case& of) {
 
 // What figures alone tell
 
+/// What a calibration came to in figures.
+struct CalibrationFigures {
+  bool converged = false;
+  ErrorStatistics before, after;  ///< of the points that judge: those that validate where there are any
+  int unseen_poses = 0;           ///< that validate
+  bool worse_elsewhere = false;   ///< some pose is known less well than the data sheet knows those measured
+  bool is_positioner = false;     ///< its links may be as drawn
+};
+
 Finds not_converged(const CalibrationFigures& of) {
   if (of.converged) return std::nullopt;
   return refusal("the identification did not converge: check the robot file and the measurements");
@@ -544,14 +553,9 @@ bool CalibrationVerdict::failed() const {
   return !findings.empty() && findings.front().severity >= Severity::Warning;
 }
 
-CalibrationVerdict verdict_by_figures(const CalibrationFigures& figures) {
-  CalibrationVerdict verdict;
-  ask(kOfFigures, figures, verdict);
-  return verdict;
-}
-
 CalibrationVerdict calibration_verdict(const CalibrationEvidence& evidence) {
-  CalibrationVerdict verdict = verdict_by_figures(figures_of(evidence));
+  CalibrationVerdict verdict;
+  ask(kOfFigures, figures_of(evidence), verdict);
   verdict.findings.insert(verdict.findings.end(), evidence.beside.begin(), evidence.beside.end());
   ask(kOfEvidence, Case{evidence}, verdict);
   return verdict;

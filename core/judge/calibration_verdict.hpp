@@ -43,17 +43,6 @@ struct CalibrationVerdict {
   bool failed() const;
 };
 
-/// What a calibration came to in figures: all that documents of before tell of it.
-struct CalibrationFigures {
-  bool converged = false;
-  ErrorStatistics before, after;  ///< of the points that judge: those that validate where there are any
-  int unseen_poses = 0;           ///< that validate
-  bool worse_elsewhere = false;   ///< some pose is known less well than the data sheet knows those measured
-  /// What was asked is where it stands: that its links are as drawn is no fault.
-  bool is_positioner = false;
-};
-CalibrationVerdict verdict_by_figures(const CalibrationFigures& figures);
-
 /// What a calibration is judged by.
 struct CalibrationEvidence {
   const Calibration& calibration;

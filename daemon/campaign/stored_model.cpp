@@ -19,7 +19,7 @@ using WhyNot = std::optional<std::string>;
 
 WhyNot altered_text(const ModelRecord& record) {
   const std::string now = text::sha256_hex(record.yaml);
-  if (record.sha256.empty() || record.sha256 == now) return std::nullopt;
+  if (record.sha256 == now) return std::nullopt;
   return formatted("its text is not the one that was stored (SHA-256 %.12s..., stored was %.12s...)",
                    now.c_str(), record.sha256.c_str());
 }
@@ -83,18 +83,10 @@ WhyNot outside_limits(const RobotModel& nominal, std::span<const StoredPoint> po
 }
 
 std::string not_checked(const ModelRecord& record, std::span<const StoredPoint> points) {
-  std::string what;
-  if (record.sha256.empty())
-    what =
-        "it was stored before models carried a hash and their largest correction: only its validation points "
-        "show that it is unchanged";
-  if (points.empty()) {
-    if (!what.empty()) what += "; ";
-    what +=
-        "the points of its campaign are not in this store: its error and its corrections were not computed "
-        "again";
-  }
-  return what.empty() ? what : "model " + record.id + ": " + what;
+  if (!points.empty()) return {};
+  return "model " + record.id +
+         ": the points of its campaign are not in this store: its error and its corrections were not computed "
+         "again";
 }
 
 std::unexpected<std::string> model_refused(const ModelRecord& record, const std::string& why,

@@ -97,16 +97,6 @@ LayerSelection layers_of(const RegressorSelection& choice) {
   return ranked(std::move(selection));
 }
 
-/// What a document of before tells of how far its model may be trusted.
-CalibrationFigures figures_of(const ReportDocument& document) {
-  return {.converged = document.converged,
-          .before = document.judged().before,
-          .after = document.achieved(),
-          .unseen_poses = document.validate ? document.validate->poses : 0,
-          .worse_elsewhere =
-              document.prediction_uncertainty && !document.prediction_uncertainty->warning.empty()};
-}
-
 /// What `f` makes of it, if it exists.
 template <class T, class F>
 auto optionally(const std::optional<T>& value, F f) {
@@ -119,7 +109,6 @@ ReportDocument read_document(const boost::json::object& document) {
   ReportDocument result{read_record(document)};
   if (result.prior && !result.prior->used) result.prior.reset();
   result.all_points = all_points(result);
-  if (!result.verdict) result.verdict = verdict_by_figures(figures_of(result));
   const Node truth = Node{document, kKind}["truth"];
   for (const IdentifiedParameter& parameter : result.parameters) {
     if (const auto value = truth_of(truth, parameter.name)) result.truth.emplace(parameter.name, *value);

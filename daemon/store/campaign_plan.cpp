@@ -10,46 +10,6 @@ namespace truepose::daemon {
 
 using sqlite::Statement;
 
-// A campaign may be interrupted; points are measured again to see what moved meanwhile, and know after how
-// many interruptions.
-const char* const CampaignPlans::kSchema = R"sql(
-ALTER TABLE campaign RENAME COLUMN state TO old_state;
-ALTER TABLE campaign ADD COLUMN state TEXT NOT NULL DEFAULT 'failed'
-  CHECK (state IN ('running', 'done', 'aborted', 'failed', 'interrupted'));
-UPDATE campaign SET state = old_state;
-ALTER TABLE campaign DROP COLUMN old_state;
-ALTER TABLE point RENAME COLUMN purpose TO old_purpose;
-ALTER TABLE point ADD COLUMN purpose TEXT NOT NULL DEFAULT 'identify' CHECK (purpose IN
-  ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'nest', 'face1', 'check'));
-UPDATE point SET purpose = old_purpose;
-ALTER TABLE point DROP COLUMN old_purpose;
-ALTER TABLE point ADD COLUMN resumption INTEGER NOT NULL DEFAULT 0;
-CREATE TABLE plan (
-  campaign_id TEXT PRIMARY KEY REFERENCES campaign (id),
-  task        TEXT NOT NULL CHECK (json_valid(task)),
-  total       INTEGER NOT NULL,
-  identified  TEXT NOT NULL
-) STRICT;
-CREATE TABLE planned (
-  campaign_id TEXT NOT NULL REFERENCES campaign (id),
-  pose        INTEGER NOT NULL,
-  purpose     TEXT NOT NULL CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle')),
-  q_target    TEXT NOT NULL CHECK (json_valid(q_target)),
-  q_commanded TEXT NOT NULL CHECK (json_valid(q_commanded)),
-  replaces    INTEGER,
-  PRIMARY KEY (campaign_id, pose)
-) STRICT;
-CREATE TABLE resumption (
-  number      INTEGER PRIMARY KEY,
-  campaign_id TEXT NOT NULL REFERENCES campaign (id),
-  interrupted TEXT NOT NULL,
-  resumed     TEXT NOT NULL,
-  found       TEXT NOT NULL,
-  x_first_now TEXT NOT NULL CHECK (json_valid(x_first_now))
-) STRICT;
-CREATE INDEX resumption_of_campaign ON resumption (campaign_id);
-)sql";
-
 namespace {
 
 constexpr int kPoseNumbers = 12;  // of a matrix of three rows and four columns

@@ -56,8 +56,6 @@ class CampaignPlans {
  public:
   explicit CampaignPlans(sqlite::Database& database) : database_{&database} {}
 
-  /// Brings a file of before up to date.
-  static const char* const kSchema;
   /// Part of the transaction that begins the campaign.
   sqlite::Statement begun(const std::string& campaign_id, const std::string& order, int total);
 

@@ -146,11 +146,11 @@ StoreResult<std::unique_ptr<Database>> open_checked(std::string_view operation, 
 }
 
 /// A migration cannot be undone: a copy of the older store is kept next to it.
-StoreResult<void> keep_older(Database& database, const std::filesystem::path& file) {
-  const StoreResult<int> version = known_version(database, file.string());
+StoreResult<void> keep_older(Database& database, const std::filesystem::path& file, SchemaSteps steps) {
+  const StoreResult<std::size_t> version = known_version(database, file.string(), steps);
   if (!version) return std::unexpected(version.error());
   const std::filesystem::path kept = file.string() + ".schema-" + std::to_string(*version);
-  if (*version == 0 || *version == kSchemaVersion || std::filesystem::exists(kept)) return {};
+  if (*version == 0 || *version == steps.size() || std::filesystem::exists(kept)) return {};
   auto copy = StoreBackup::begin(database, kept);
   if (!copy) return std::unexpected(copy.error());
   for (StoreResult<bool> done = false; !*done;) {
@@ -197,35 +197,35 @@ Store::Store(Store&&) noexcept = default;
 Store& Store::operator=(Store&&) noexcept = default;
 Store::~Store() = default;
 
-StoreResult<Store> Store::open(const std::filesystem::path& file) {
+StoreResult<Store> Store::open(const std::filesystem::path& file, SchemaSteps steps) {
   constexpr std::string_view kOperation = "opening the store";
   StoreResult<std::unique_ptr<Database>> database = open_checked(kOperation, file.string());
   if (!database) return std::unexpected(database.error());
-  if (const StoreResult<void> kept = keep_older(**database, file); !kept)
+  if (const StoreResult<void> kept = keep_older(**database, file, steps); !kept)
     return std::unexpected(in(kOperation, kept.error()));
   StoreResult<Transaction> transaction = Transaction::begin(**database);
   if (!transaction) return std::unexpected(in(kOperation, transaction.error()));
-  StoreResult<void> migrated = migrate(**database, file.string());
+  StoreResult<void> migrated = migrate(**database, file.string(), steps);
   if (migrated) migrated = transaction->commit();
   if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
   (*database)->watch_logs();
   return Store{std::make_unique<Impl>(Impl{file, std::move(*database)})};
 }
 
-StoreResult<Store> Store::open_to_read(const std::filesystem::path& file) {
+StoreResult<Store> Store::open_to_read(const std::filesystem::path& file, SchemaSteps steps) {
   constexpr std::string_view kOperation = "reading the store";
   StoreResult<std::unique_ptr<Database>> database = Database::open_to_read(file.string());
   if (!database) return std::unexpected(in(kOperation, database.error()));
   const StoreResult<void> patient = (*database)->execute("PRAGMA busy_timeout=2000");
   if (!patient) return std::unexpected(in(kOperation, patient.error()));
-  const StoreResult<int> version = known_version(**database, file.string());
+  const StoreResult<std::size_t> version = known_version(**database, file.string(), steps);
   if (!version) return std::unexpected(in(kOperation, version.error()));
   if (*version == 0) return std::unexpected(in(kOperation, {file.string() + ": is empty"}));
-  if (*version < kSchemaVersion) {
+  if (*version < steps.size()) {
     StoreResult<std::unique_ptr<Database>> copy = Database::copy_in_memory(**database);
     if (!copy) return std::unexpected(in(kOperation, copy.error()));
     database = *std::move(copy);
-    const StoreResult<void> migrated = migrate(**database, file.string());
+    const StoreResult<void> migrated = migrate(**database, file.string(), steps);
     if (!migrated) return std::unexpected(in(kOperation, migrated.error()));
   }
   return Store{std::make_unique<Impl>(Impl{file, *std::move(database)})};
@@ -235,7 +235,7 @@ StoreResult<void> Store::examine(const std::filesystem::path& file) {
   constexpr std::string_view kOperation = "examining the store";
   StoreResult<std::unique_ptr<Database>> database = Database::open_to_read(file.string());
   if (!database) return std::unexpected(in(kOperation, database.error()));
-  const StoreResult<int> version = known_version(**database, file.string());
+  const StoreResult<std::size_t> version = known_version(**database, file.string(), kSchemaSteps);
   if (!version) return std::unexpected(in(kOperation, version.error()));
   const StoreResult<void> check = unharmed(**database, file.string());
   if (!check) return std::unexpected(in(kOperation, check.error()));

@@ -15,6 +15,7 @@
 #include "daemon/store/backup.hpp"
 #include "daemon/store/event_archive.hpp"
 #include "daemon/store/store_error.hpp"
+#include "daemon/store/store_schema.hpp"
 #include "proto/record/campaign_records.hpp"
 
 namespace truepose::daemon {
@@ -125,10 +126,10 @@ class CampaignPlans;
 class Store final : public EventArchive, public AuditWitness {
  public:
   /// Opens or makes the file, checks it and brings its schema up to date.
-  static StoreResult<Store> open(const std::filesystem::path& file);
+  static StoreResult<Store> open(const std::filesystem::path& file, SchemaSteps steps = kSchemaSteps);
   /// Opens an existing file to read what is in it, while a daemon has it open too. One of an older version is
   /// read into memory. Changes nothing in it.
-  static StoreResult<Store> open_to_read(const std::filesystem::path& file);
+  static StoreResult<Store> open_to_read(const std::filesystem::path& file, SchemaSteps steps = kSchemaSteps);
   /// Whether open() would take an existing file. Changes nothing in it.
   static StoreResult<void> examine(const std::filesystem::path& file);
   Store(Store&&) noexcept;

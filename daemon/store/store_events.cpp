@@ -10,26 +10,6 @@ namespace truepose::daemon {
 using sqlite::in;
 using sqlite::Statement;
 
-// event_number.kept: every event up to that number is in `event`, or in a range of `event_gap`, or is not of
-// those that are kept. Events from before this version never were.
-const char* const kEventSchema = R"sql(
-CREATE TABLE event (
-  seq   INTEGER PRIMARY KEY,
-  time  TEXT NOT NULL,
-  topic TEXT NOT NULL,
-  data  TEXT NOT NULL CHECK (json_valid(data))
-) STRICT;
-CREATE INDEX event_of_time ON event (time);
-CREATE TABLE event_gap (
-  first  INTEGER PRIMARY KEY,
-  last   INTEGER NOT NULL,
-  reason TEXT NOT NULL
-) STRICT;
-ALTER TABLE event_number ADD COLUMN kept INTEGER NOT NULL DEFAULT 0;
-INSERT INTO event_gap SELECT 1, last, 'events were not kept then' FROM event_number WHERE last > 0;
-UPDATE event_number SET kept=last;
-)sql";
-
 namespace {
 
 // So many are read or forgotten in a millisecond or two: a point that is to be stored waits no longer.

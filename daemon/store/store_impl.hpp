@@ -11,9 +11,6 @@
 
 namespace truepose::daemon {
 
-/// Events, which version 8 keeps.
-extern const char* const kEventSchema;
-
 /// What the sources of the store share.
 struct Store::Impl {
   std::filesystem::path file;

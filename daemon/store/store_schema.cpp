@@ -1,218 +1,37 @@
 #include "daemon/store/store_schema.hpp"
 
-#include "daemon/store/campaign_plan.hpp"
-#include "daemon/store/store_impl.hpp"
+#include <array>
+#include <cstdint>
+
+#include "daemon/store/sqlite.hpp"
 
 namespace truepose::daemon {
 namespace {
 
-constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", so that `file` and we know our own
+constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", shown by `file`
 
-constexpr const char* kSchema1 = R"sql(
+// Lists, matrices and documents are JSON. `kind`, `purpose` and `state` are the names of CampaignRecord and PointPurpose.
+constexpr const char* kVersion1 = R"sql(
 CREATE TABLE campaign (
-  id             TEXT PRIMARY KEY,
-  started        TEXT NOT NULL,
-  ended          TEXT NOT NULL,
-  state          TEXT NOT NULL CHECK (state IN ('running', 'done', 'aborted', 'failed')),
-  reason         TEXT NOT NULL,
-  robot_model    TEXT NOT NULL,
-  robot_serial   TEXT NOT NULL,
-  tracker_model  TEXT NOT NULL,
-  tracker_serial TEXT NOT NULL,
-  model_id       TEXT NOT NULL,
-  document       TEXT NOT NULL
+  id              TEXT PRIMARY KEY,
+  kind            TEXT NOT NULL CHECK (kind IN ('calibration', 'drift', 'targets', 'iso9283', 'tool', 'base')),
+  started         TEXT NOT NULL,
+  ended           TEXT NOT NULL,
+  state           TEXT NOT NULL CHECK (state IN ('running', 'done', 'aborted', 'failed', 'interrupted')),
+  reason          TEXT NOT NULL,
+  started_by      TEXT NOT NULL,
+  note            TEXT NOT NULL,
+  robot_model     TEXT NOT NULL,
+  robot_serial    TEXT NOT NULL,
+  tracker_model   TEXT NOT NULL,
+  tracker_serial  TEXT NOT NULL,
+  model_id        TEXT NOT NULL,
+  document        TEXT NOT NULL,
+  document_sha256 TEXT NOT NULL DEFAULT ''
 ) STRICT;
+
+-- A point that the TCP touched has no reading. `orientation`: R_WT row by row, then its standard deviation (rad).
 CREATE TABLE point (
-  number           INTEGER PRIMARY KEY,
-  campaign_id      TEXT NOT NULL REFERENCES campaign (id),
-  pose             INTEGER NOT NULL,
-  purpose          TEXT NOT NULL CHECK (purpose IN ('identify', 'validate', 'remeasure')),
-  q_target         TEXT NOT NULL CHECK (json_valid(q_target)),
-  q_commanded      TEXT NOT NULL CHECK (json_valid(q_commanded)),
-  q_actual         TEXT NOT NULL CHECK (json_valid(q_actual)),
-  smr              TEXT NOT NULL,
-  x_mm             REAL NOT NULL,
-  y_mm             REAL NOT NULL,
-  z_mm             REAL NOT NULL,
-  std_x_mm         REAL NOT NULL,
-  std_y_mm         REAL NOT NULL,
-  std_z_mm         REAL NOT NULL,
-  temperature_c    REAL NOT NULL,
-  pressure_mbar    REAL NOT NULL,
-  humidity_percent REAL NOT NULL,
-  time             TEXT NOT NULL
-) STRICT;
-CREATE INDEX point_of_campaign ON point (campaign_id);
-CREATE TABLE skipped (
-  number      INTEGER PRIMARY KEY,
-  campaign_id TEXT NOT NULL REFERENCES campaign (id),
-  pose        INTEGER NOT NULL,
-  reason      TEXT NOT NULL,
-  attempts    INTEGER NOT NULL
-) STRICT;
-CREATE INDEX skipped_of_campaign ON skipped (campaign_id);
-CREATE TABLE model (
-  id                      TEXT PRIMARY KEY,
-  created                 TEXT NOT NULL,
-  campaign_id             TEXT NOT NULL,
-  robot_serial            TEXT NOT NULL,
-  yaml                    TEXT NOT NULL,
-  validation_before_mm    REAL NOT NULL,
-  validation_geometric_mm REAL NOT NULL,
-  active                  INTEGER NOT NULL CHECK (active IN (0, 1))
-) STRICT;
-CREATE UNIQUE INDEX one_active_model ON model (active) WHERE active = 1;
-CREATE TABLE event_number (
-  one  INTEGER PRIMARY KEY CHECK (one = 1),
-  last INTEGER NOT NULL
-) STRICT;
-INSERT INTO event_number VALUES (1, 0);
-)sql";
-
-// Points know from which side their joints came, the reference pose is a purpose of its own, and a campaign
-// may be a drift check.
-constexpr const char* kSchema2 = R"sql(
-CREATE TABLE new_point (
-  number           INTEGER PRIMARY KEY,
-  campaign_id      TEXT NOT NULL REFERENCES campaign (id),
-  pose             INTEGER NOT NULL,
-  purpose          TEXT NOT NULL CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference')),
-  q_target         TEXT NOT NULL CHECK (json_valid(q_target)),
-  q_commanded      TEXT NOT NULL CHECK (json_valid(q_commanded)),
-  q_actual         TEXT NOT NULL CHECK (json_valid(q_actual)),
-  direction        TEXT NOT NULL CHECK (json_valid(direction)),
-  smr              TEXT NOT NULL,
-  x_mm             REAL NOT NULL,
-  y_mm             REAL NOT NULL,
-  z_mm             REAL NOT NULL,
-  std_x_mm         REAL NOT NULL,
-  std_y_mm         REAL NOT NULL,
-  std_z_mm         REAL NOT NULL,
-  temperature_c    REAL NOT NULL,
-  pressure_mbar    REAL NOT NULL,
-  humidity_percent REAL NOT NULL,
-  time             TEXT NOT NULL
-) STRICT;
-INSERT INTO new_point SELECT number, campaign_id, pose, purpose, q_target, q_commanded, q_actual, '[]', smr, x_mm, y_mm,
-  z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point;
-DROP TABLE point;
-ALTER TABLE new_point RENAME TO point;
-CREATE INDEX point_of_campaign ON point (campaign_id);
-ALTER TABLE campaign ADD COLUMN kind TEXT NOT NULL DEFAULT 'calibration' CHECK (kind IN ('calibration', 'drift'));
-ALTER TABLE model RENAME COLUMN validation_geometric_mm TO validation_after_mm;
-)sql";
-
-// Campaigns may drive to targets with the tracker in the loop, or run the cycles of an ISO 9283 test.
-constexpr const char* kSchema3 = R"sql(
-CREATE TABLE new_point (
-  number           INTEGER PRIMARY KEY,
-  campaign_id      TEXT NOT NULL REFERENCES campaign (id),
-  pose             INTEGER NOT NULL,
-  purpose          TEXT NOT NULL
-                   CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle')),
-  q_target         TEXT NOT NULL CHECK (json_valid(q_target)),
-  q_commanded      TEXT NOT NULL CHECK (json_valid(q_commanded)),
-  q_actual         TEXT NOT NULL CHECK (json_valid(q_actual)),
-  direction        TEXT NOT NULL CHECK (json_valid(direction)),
-  smr              TEXT NOT NULL,
-  x_mm             REAL NOT NULL,
-  y_mm             REAL NOT NULL,
-  z_mm             REAL NOT NULL,
-  std_x_mm         REAL NOT NULL,
-  std_y_mm         REAL NOT NULL,
-  std_z_mm         REAL NOT NULL,
-  temperature_c    REAL NOT NULL,
-  pressure_mbar    REAL NOT NULL,
-  humidity_percent REAL NOT NULL,
-  time             TEXT NOT NULL
-) STRICT;
-INSERT INTO new_point SELECT number, campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm,
-  y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time FROM point;
-DROP TABLE point;
-ALTER TABLE new_point RENAME TO point;
-CREATE INDEX point_of_campaign ON point (campaign_id);
-ALTER TABLE campaign RENAME COLUMN kind TO old_kind;
-ALTER TABLE campaign ADD COLUMN kind TEXT NOT NULL DEFAULT 'calibration'
-  CHECK (kind IN ('calibration', 'drift', 'targets', 'iso9283'));
-UPDATE campaign SET kind = old_kind;
-ALTER TABLE campaign DROP COLUMN old_kind;
-)sql";
-
-// Models carry what shows that they are still the ones that were made. Those from before carry nothing: a
-// hash given to them now would vouch for whatever became of them.
-constexpr const char* kSchema4 = R"sql(
-ALTER TABLE model ADD COLUMN largest_correction_deg REAL NOT NULL DEFAULT 0;
-ALTER TABLE model ADD COLUMN sha256 TEXT NOT NULL DEFAULT '';
-)sql";
-
-/// Whether the stream is armed, which outlives the daemon.
-constexpr const char* kSchema5 = R"sql(
-CREATE TABLE armed (
-  one   INTEGER PRIMARY KEY CHECK (one = 1),
-  since TEXT NOT NULL
-) STRICT;
-)sql";
-
-// Reflectors that stand beside the arm are measured too, and points in both faces of the tracker.
-constexpr const char* kSchema6 = R"sql(
-ALTER TABLE point RENAME COLUMN purpose TO old_purpose;
-ALTER TABLE point ADD COLUMN purpose TEXT NOT NULL DEFAULT 'identify'
-  CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'nest', 'face1'));
-UPDATE point SET purpose = old_purpose;
-ALTER TABLE point DROP COLUMN old_purpose;
-)sql";
-
-// Campaigns know who started them and what for, and models when each was the active one, whoever made it
-// that.
-constexpr const char* kSchema7 = R"sql(
-ALTER TABLE campaign ADD COLUMN started_by TEXT NOT NULL DEFAULT '';
-ALTER TABLE campaign ADD COLUMN note TEXT NOT NULL DEFAULT '';
-CREATE TABLE activation (
-  number   INTEGER PRIMARY KEY,
-  model_id TEXT NOT NULL REFERENCES model (id)
-) STRICT;
-INSERT INTO activation (model_id) SELECT id FROM model WHERE active=1;
-CREATE TRIGGER model_activated AFTER UPDATE OF active ON model WHEN NEW.active=1
-  BEGIN INSERT INTO activation (model_id) VALUES (NEW.id); END;
-)sql";
-
-// A campaign may be an identification of the points of another. `validate` lists the poses that validate
-// there (JSON); NULL: those that were measured to.
-constexpr const char* kIdentificationSchema = R"sql(
-CREATE TABLE identification (
-  id        TEXT PRIMARY KEY REFERENCES campaign (id),
-  points_of TEXT NOT NULL REFERENCES campaign (id),
-  validate  TEXT CHECK (validate IS NULL OR json_valid(validate))
-) STRICT;
-)sql";
-
-// Campaigns may measure a tool or a work frame, by the points of its frame; of each tool's number one that
-// was measured may be in force.
-constexpr const char* kSchema10 = R"sql(
-ALTER TABLE campaign RENAME COLUMN kind TO old_kind;
-ALTER TABLE campaign ADD COLUMN kind TEXT NOT NULL DEFAULT 'calibration'
-  CHECK (kind IN ('calibration', 'drift', 'targets', 'iso9283', 'tool', 'base'));
-UPDATE campaign SET kind = old_kind;
-ALTER TABLE campaign DROP COLUMN old_kind;
-ALTER TABLE point RENAME COLUMN purpose TO old_purpose;
-ALTER TABLE point ADD COLUMN purpose TEXT NOT NULL DEFAULT 'identify' CHECK (purpose IN
-  ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'nest', 'face1', 'check', 'frame'));
-UPDATE point SET purpose = old_purpose;
-ALTER TABLE point DROP COLUMN old_purpose;
-ALTER TABLE planned RENAME COLUMN purpose TO old_purpose;
-ALTER TABLE planned ADD COLUMN purpose TEXT NOT NULL DEFAULT 'identify'
-  CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'frame'));
-UPDATE planned SET purpose = old_purpose;
-ALTER TABLE planned DROP COLUMN old_purpose;
-CREATE TABLE tool (
-  number      INTEGER PRIMARY KEY,
-  campaign_id TEXT NOT NULL REFERENCES campaign (id)
-) STRICT;
-)sql";
-
-// A point of a fixture may be touched by the arm's TCP, and then no tracker tells of it.
-constexpr const char* kSchema11 = R"sql(
-CREATE TABLE new_point (
   number           INTEGER PRIMARY KEY,
   campaign_id      TEXT NOT NULL REFERENCES campaign (id),
   pose             INTEGER NOT NULL,
@@ -233,37 +52,120 @@ CREATE TABLE new_point (
   pressure_mbar    REAL,
   humidity_percent REAL,
   time             TEXT NOT NULL,
-  resumption       INTEGER NOT NULL DEFAULT 0
+  resumption       INTEGER NOT NULL DEFAULT 0,
+  orientation      TEXT CHECK (orientation IS NULL OR json_valid(orientation))
 ) STRICT;
-INSERT INTO new_point SELECT number, campaign_id, pose, purpose, q_target, q_commanded, q_actual, direction, smr, x_mm,
-  y_mm, z_mm, std_x_mm, std_y_mm, std_z_mm, temperature_c, pressure_mbar, humidity_percent, time, resumption FROM point;
-DROP TABLE point;
-ALTER TABLE new_point RENAME TO point;
 CREATE INDEX point_of_campaign ON point (campaign_id);
-)sql";
 
-// Documents carry what shows that they are still the ones that campaigns ended with: a tool is in one. Those
-// from before carry nothing, as models from before do.
-constexpr const char* kSchema12 = R"sql(
-ALTER TABLE campaign ADD COLUMN document_sha256 TEXT NOT NULL DEFAULT '';
-)sql";
+CREATE TABLE skipped (
+  number      INTEGER PRIMARY KEY,
+  campaign_id TEXT NOT NULL REFERENCES campaign (id),
+  pose        INTEGER NOT NULL,
+  reason      TEXT NOT NULL,
+  attempts    INTEGER NOT NULL
+) STRICT;
+CREATE INDEX skipped_of_campaign ON skipped (campaign_id);
 
-// The store knows where the audit trail ended, so that one that became shorter is found.
-constexpr const char* kSchema13 = R"sql(
+-- A campaign that identified the points of another. `validate`: the poses that validate; NULL: those measured for it.
+CREATE TABLE identification (
+  id        TEXT PRIMARY KEY REFERENCES campaign (id),
+  points_of TEXT NOT NULL REFERENCES campaign (id),
+  validate  TEXT CHECK (validate IS NULL OR json_valid(validate))
+) STRICT;
+
+-- What an interrupted campaign needs to continue.
+CREATE TABLE plan (
+  campaign_id TEXT PRIMARY KEY REFERENCES campaign (id),
+  task        TEXT NOT NULL CHECK (json_valid(task)),
+  total       INTEGER NOT NULL,
+  identified  TEXT NOT NULL
+) STRICT;
+CREATE TABLE planned (
+  campaign_id TEXT NOT NULL REFERENCES campaign (id),
+  pose        INTEGER NOT NULL,
+  purpose     TEXT NOT NULL
+    CHECK (purpose IN ('identify', 'validate', 'remeasure', 'reference', 'target', 'cycle', 'frame')),
+  q_target    TEXT NOT NULL CHECK (json_valid(q_target)),
+  q_commanded TEXT NOT NULL CHECK (json_valid(q_commanded)),
+  replaces    INTEGER,
+  PRIMARY KEY (campaign_id, pose)
+) STRICT;
+CREATE TABLE resumption (
+  number      INTEGER PRIMARY KEY,
+  campaign_id TEXT NOT NULL REFERENCES campaign (id),
+  interrupted TEXT NOT NULL,
+  resumed     TEXT NOT NULL,
+  found       TEXT NOT NULL,
+  x_first_now TEXT NOT NULL CHECK (json_valid(x_first_now))
+) STRICT;
+CREATE INDEX resumption_of_campaign ON resumption (campaign_id);
+
+CREATE TABLE model (
+  id                     TEXT PRIMARY KEY,
+  created                TEXT NOT NULL,
+  campaign_id            TEXT NOT NULL,
+  robot_serial           TEXT NOT NULL,
+  yaml                   TEXT NOT NULL,
+  validation_before_mm   REAL NOT NULL,
+  validation_after_mm    REAL NOT NULL,
+  active                 INTEGER NOT NULL CHECK (active IN (0, 1)),
+  largest_correction_deg REAL NOT NULL,
+  sha256                 TEXT NOT NULL
+) STRICT;
+CREATE UNIQUE INDEX one_active_model ON model (active) WHERE active = 1;
+CREATE TABLE activation (
+  number   INTEGER PRIMARY KEY,
+  model_id TEXT NOT NULL REFERENCES model (id)
+) STRICT;
+CREATE TRIGGER model_activated AFTER UPDATE OF active ON model WHEN NEW.active=1
+  BEGIN INSERT INTO activation (model_id) VALUES (NEW.id); END;
+
+-- The campaign whose tool the stream uses.
+CREATE TABLE tool (
+  number      INTEGER PRIMARY KEY,
+  campaign_id TEXT NOT NULL REFERENCES campaign (id)
+) STRICT;
+
+-- The stream stays armed over a restart.
+CREATE TABLE armed (
+  one   INTEGER PRIMARY KEY CHECK (one = 1),
+  since TEXT NOT NULL
+) STRICT;
+
+-- `kept`: each event up to that number is in `event`, in a range of `event_gap`, or of a kind that is not kept.
+CREATE TABLE event_number (
+  one  INTEGER PRIMARY KEY CHECK (one = 1),
+  last INTEGER NOT NULL,
+  kept INTEGER NOT NULL
+) STRICT;
+INSERT INTO event_number VALUES (1, 0, 0);
+CREATE TABLE event (
+  seq   INTEGER PRIMARY KEY,
+  time  TEXT NOT NULL,
+  topic TEXT NOT NULL,
+  data  TEXT NOT NULL CHECK (json_valid(data))
+) STRICT;
+CREATE INDEX event_of_time ON event (time);
+CREATE TABLE event_gap (
+  first  INTEGER PRIMARY KEY,
+  last   INTEGER NOT NULL,
+  reason TEXT NOT NULL
+) STRICT;
+
+-- Where the audit log ended, so that one that became shorter is found.
 CREATE TABLE audit_head (
   count  INTEGER PRIMARY KEY,
   sha256 TEXT NOT NULL
 ) STRICT;
 )sql";
 
-// Points of 6-D targets have an orientation: R_WT row by row, then its standard deviation (rad).
-constexpr const char* kSchema14 = R"sql(
-ALTER TABLE point ADD COLUMN orientation TEXT CHECK (orientation IS NULL OR json_valid(orientation));
-)sql";
+constexpr std::array kStepsOfThisProgram{kVersion1};
 
 }  // namespace
 
-StoreResult<int> known_version(sqlite::Database& database, const std::string& file) {
+const SchemaSteps kSchemaSteps = kStepsOfThisProgram;
+
+StoreResult<std::size_t> known_version(sqlite::Database& database, const std::string& file, SchemaSteps steps) {
   const StoreResult<std::string> application = database.value("PRAGMA application_id");
   if (!application) return std::unexpected(application.error());
   const StoreResult<std::string> version = database.value("PRAGMA user_version");
@@ -275,33 +177,22 @@ StoreResult<int> known_version(sqlite::Database& database, const std::string& fi
   if (!fresh && *application != std::to_string(kApplicationId)) {
     return std::unexpected(StoreError{file + ": is a database of another program; choose another file"});
   }
-  if (std::stoll(*version) > kSchemaVersion) {
-    return std::unexpected(StoreError{file + ": was written by a newer truepose (schema " + *version +
-                                      ", this one knows " + std::to_string(kSchemaVersion) +
+  const std::size_t number = std::stoull(*version);
+  if (number > steps.size()) {
+    return std::unexpected(StoreError{file + ": was written by another truepose (schema " + *version +
+                                      ", this one knows 1 to " + std::to_string(steps.size()) +
                                       "); update truepose or choose another file"});
   }
-  return std::stoi(*version);
+  return number;
 }
 
-StoreResult<void> migrate(sqlite::Database& database, const std::string& file) {
-  const StoreResult<int> version = known_version(database, file);
+StoreResult<void> migrate(sqlite::Database& database, const std::string& file, SchemaSteps steps) {
+  const StoreResult<std::size_t> version = known_version(database, file, steps);
   if (!version) return std::unexpected(version.error());
-  std::string steps;
-  if (*version == 0) steps += kSchema1 + ("PRAGMA application_id=" + std::to_string(kApplicationId)) + ";";
-  if (*version < 2) steps += kSchema2;
-  if (*version < 3) steps += kSchema3;
-  if (*version < 4) steps += kSchema4;
-  if (*version < 5) steps += kSchema5;
-  if (*version < 6) steps += kSchema6;
-  if (*version < 7) steps += kSchema7;
-  if (*version < 8) steps += kEventSchema + std::string{kIdentificationSchema};
-  if (*version < 9) steps += CampaignPlans::kSchema;
-  if (*version < 10) steps += kSchema10;
-  if (*version < 11) steps += kSchema11;
-  if (*version < 12) steps += kSchema12;
-  if (*version < 13) steps += kSchema13;
-  if (*version < 14) steps += kSchema14;
-  return database.execute(steps + "PRAGMA user_version=" + std::to_string(kSchemaVersion));
+  std::string sql;
+  for (const char* const step : steps.subspan(*version)) sql += step;
+  return database.execute(sql + "PRAGMA application_id=" + std::to_string(kApplicationId) +
+                          ";PRAGMA user_version=" + std::to_string(steps.size()));
 }
 
 }  // namespace truepose::daemon

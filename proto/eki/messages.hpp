@@ -114,7 +114,7 @@ struct State {
   bool stop_message = false;                        ///< $STOPMESS; a stop by ControlOp::Stop does not set it
   bool moving = false;                              ///< $PRO_MOVE
   bool in_position = false;                         ///< no axis moves
-  std::optional<int> serial;                        ///< $KR_SERIALNO; programs of before do not tell it
+  std::optional<int> serial;                        ///< $KR_SERIALNO; none from a program that does not send it
   Axes axes_rad{};                                  ///< $AXIS_ACT_MEAS
   std::array<double, 6> pose{};                     ///< $POS_ACT: X Y Z in mm, A B C in deg
   std::optional<int> base = 0;                      ///< $ACT_BASE; a state may come without
@@ -141,7 +141,7 @@ std::expected<ToController, std::string> decode_to_controller(std::string_view d
 
 /// The same of the controller: the messages below <Robot> in their order. That is one, but from EKI 6.1 every
 /// configured tag comes with every message: one whose values are all empty says nothing. Hello, Ack and State
-/// are read as roots too, as channel files of before have them. Texts are device texts.
+/// are read as roots too. Texts are device texts.
 std::expected<std::vector<FromController>, std::string> decode_from_controller(std::string_view document);
 
 }  // namespace truepose::eki

@@ -215,7 +215,7 @@ void layout(auto& io, Is<Point> auto& x) {
   io("set", x.set, kPoseSetNames);
   io("smr", x.smr);
   io.optional("station", x.station);
-  io.defaulted("joints", x.joints);
+  io("joints", x.joints);
   io.optional("position", x.position);
   io.optional("sigma", x.sigma);
   io.optional("excess", x.excess);
@@ -338,7 +338,7 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io.optional("arm", x.arm);
   io.defaulted("points", x.points);
 
-  io.optional("verdict", x.verdict, ColoredVerdict{});
+  io("verdict", x.verdict, ColoredVerdict{});
   io.optional("noise", x.noise, StatedNoise{});
   io.optional("spread", x.spread);
   io.optional("fold_points", x.fold_points);

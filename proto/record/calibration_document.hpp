@@ -47,7 +47,7 @@ struct Point {
   int pose = 0;         ///< from 1; points with the same joints have the same
   PoseSet set = PoseSet::Identify;
   std::string smr;
-  std::vector<double> joints;               ///< deg (mm for a prismatic joint); empty in documents of before
+  std::vector<double> joints;               ///< deg (mm for a prismatic joint)
   std::optional<Eigen::Vector3d> position;  ///< mm, tracker frame; likewise
   std::optional<double> sigma;              ///< mm
   std::optional<double> excess;  ///< mm, beyond the stated noise; where it is known to be less steady
@@ -166,7 +166,7 @@ struct CalibrationDocument {
   std::vector<Point> points;
 
   // What commands and campaigns add.
-  std::optional<CalibrationVerdict> verdict;  ///< none in documents of before
+  CalibrationVerdict verdict;
   std::optional<MeasurementNoise> noise;
   std::optional<Spread> spread;
   std::vector<Point> fold_points;
@@ -208,7 +208,7 @@ std::expected<Production, std::string> read_production(const boost::json::object
 
 boost::json::object calibration_document(const CalibrationDocument& document);
 
-/// Reads such a document, of today or of before. @return it, or one sentence that names the member
+/// Reads such a document. @return it, or one sentence that names the member
 std::expected<CalibrationDocument, std::string> read_calibration_document(
     const boost::json::object& document);
 

@@ -9,8 +9,7 @@ namespace truepose::rsi {
 /// is none, and a count that is another one in every cycle. By that a program sees that the PC still answers
 /// and RSI still runs (truepose_stream.src, TP_GAIN), whatever the controller does with a word that stays.
 ///
-/// -(1000 * count + 100 - gain), count from 1. Programs of before, which expect the bare percentage, see
-/// something below 100 and wait.
+/// -(1000 * count + 100 - gain), count from 1.
 ///
 /// @param gain  -99 to 100
 /// @param ipoc  of the packet that is answered

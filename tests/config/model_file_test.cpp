@@ -99,7 +99,7 @@ TEST(ModelFile, ReadsBackEveryMemberThatIsWritten) {
 
 TEST(ModelFile, KeepsItsVerdictUnderItsHash) {
   ModelFile model = model_of(3);
-  EXPECT_FALSE(parse_model(model_yaml(model), "m.yaml").verdict) << "as in files of before";
+  EXPECT_FALSE(parse_model(model_yaml(model), "m.yaml").verdict);
   model.verdict = CalibrationVerdict{};
   const ModelFile green = parse_model(model_yaml(model), "m.yaml");
   ASSERT_TRUE(green.verdict);
@@ -271,7 +271,8 @@ TEST(ModelFile, IsRefusedWhereItsTextIsNotTheOneThatWasWritten) {
             "m.yaml: its content is not what was written (another SHA-256): take the file as it was made, or "
             "identify again");
   text.erase(text.rfind("sha256: "));
-  EXPECT_EQ(parse_model(text, "m.yaml").sha256, "") << "files of before carry none";
+  EXPECT_EQ(error_of([&] { parse_model(text, "m.yaml"); }, ""),
+            "m.yaml: its last line is no 'sha256: ...', which shows that the others are unchanged; identify again");
 }
 
 TEST(ModelFile, IsRefusedWhereItCorrectsMoreThanItSaid) {
@@ -283,7 +284,7 @@ TEST(ModelFile, IsRefusedWhereItCorrectsMoreThanItSaid) {
   cell.robot.joints[0].theta_rad += 0.1 * kRadPerDeg;
   EXPECT_FALSE(larger_correction(nominal, cell, poses, 0.101));
   EXPECT_TRUE(larger_correction(nominal, cell, poses, 0.09));
-  EXPECT_FALSE(larger_correction(nominal, cell, poses, 0)) << "of files of before nothing is known";
+  EXPECT_FALSE(larger_correction(nominal, cell, poses, 0)) << "nothing is known";
 }
 
 TEST(ModelFile, IsOfTheRobotFileThatItWasIdentifiedFrom) {
@@ -320,7 +321,7 @@ TEST(ModelFile, KnowsWhetherThePayloadMattersAndIsOpen) {
   model.cell.robot.deviation = {{1, DeviationBasis::Gravity, 1, 1e-4}};
   EXPECT_TRUE(is_payload_open(model));
   model.several_payloads = false;
-  EXPECT_TRUE(is_payload_open(model)) << "a file of before: only several payloads show this without masses";
+  EXPECT_TRUE(is_payload_open(model)) << "only several payloads show this without masses";
   model.cell.robot.masses.resize(6);
   EXPECT_FALSE(is_payload_open(model)) << "the masses show it";
   model.several_payloads = true;

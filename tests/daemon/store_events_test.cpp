@@ -6,7 +6,6 @@
 #include <string>
 
 #include "daemon/store/store.hpp"
-#include "tests/daemon/older_store.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
@@ -146,19 +145,6 @@ TEST_F(StoreEvents, BeyondWhatWasReservedNeverRepeatANumber) {
   }
   Store store = open();
   EXPECT_EQ(store.begin_events(10).value(), 16U);
-}
-
-TEST_F(StoreEvents, OfAFileThatKeptNoneAreAllMissing) {
-  {
-    Store store = open();
-    ASSERT_TRUE(store.reserve_event_numbers(500));
-  }
-  make_older(file, 7);
-  Store store = open();
-  EXPECT_EQ(store.begin_events(100).value(), 501U);
-  const auto gaps = store.event_gaps(1, 501).value();
-  ASSERT_EQ(gaps.size(), 1U);
-  EXPECT_EQ(gaps.front(), (EventGap{1, 500, "events were not kept then"}));
 }
 
 }  // namespace

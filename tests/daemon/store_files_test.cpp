@@ -13,8 +13,6 @@
 #include "daemon/store/restore.hpp"
 #include "daemon/store/runtime_folder.hpp"
 #include "daemon/store/store.hpp"
-#include "tests/daemon/older_store.hpp"
-#include "tests/integration/sqlite_rows.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose::daemon {
@@ -139,16 +137,6 @@ TEST_F(StoreFiles, ACopyIsReadWhereNothingMayBeWrittenBesideIt) {
   fs::permissions(apart, fs::perms::owner_all);
 }
 
-TEST_F(StoreFiles, AFileOfAnOlderVersionIsReadAndLeftAsItIs) {
-  { Store store = filled(3); }
-  make_older(file, 7);
-  StoreResult<Store> reader = Store::open_to_read(file);
-  ASSERT_TRUE(reader) << reader.error().detail;
-  EXPECT_EQ(reader->campaigns().value().size(), 1U);
-  EXPECT_EQ(reader->points("c1").value().size(), 3U);
-  EXPECT_EQ(sqlite_rows(file, "PRAGMA user_version")[0][0], "7");
-}
-
 TEST_F(StoreFiles, WhatIsNoStoreIsNotRead) {
   EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("unable to open"));
   std::ofstream{file} << std::string(5000, 'x');
@@ -263,15 +251,11 @@ TEST_F(StoreFiles, AStoreWithTwoNamesIsRefused) {
   EXPECT_THAT(opened.error().detail, HasSubstr("has 2 names (hard links)"));
 }
 
-TEST_F(StoreFiles, AStoreOfBeforeIsKeptAsItWasAndClosedToOthers) {
+TEST_F(StoreFiles, AStoreIsClosedToOthers) {
   filled(3);
-  make_older(file, 9);
   fs::permissions(file, fs::perms::others_read | fs::perms::group_read, fs::perm_options::add);
   EXPECT_EQ(points_in(open(file)), 3U);
   EXPECT_EQ(fs::status(file).permissions() & fs::perms::others_all, fs::perms::none);
-  const fs::path kept = file.string() + ".schema-9";
-  EXPECT_EQ(sqlite_rows(kept, "PRAGMA user_version"), sqlite_rows(kept, "SELECT 9"));
-  EXPECT_EQ(points_in(open(file)), 3U);
 }
 
 TEST_F(Restoring, MakesAStoreWhereThereIsNone) {

@@ -8,8 +8,8 @@
 
 #include "daemon/store/campaign_plan.hpp"
 #include "tests/daemon/as_nobody.hpp"
-#include "tests/daemon/older_store.hpp"
 #include "tests/daemon/store_fixture.hpp"
+#include "tests/integration/sqlite_rows.hpp"
 
 namespace truepose::daemon {
 namespace {

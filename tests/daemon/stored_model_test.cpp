@@ -91,11 +91,11 @@ const Alteration kAlterations[] = {
     {"a sign that is turned round", [](CalibratedCell& cell) { cell.robot.joints[4].alpha_rad *= -1; }},
 };
 
-TEST_F(StoredModelTest, IsRefusedWhereItIsWrongEvenWithoutAHash) {
+TEST_F(StoredModelTest, IsRefusedWhereItIsWrongEvenWithItsHash) {
   for (const Alteration& alteration : kAlterations) {
     ModelRecord record = altered(alteration.change);
     EXPECT_THAT(refusal(record), HasSubstr("SHA-256")) << alteration.name;
-    record.sha256.clear();
+    record.sha256 = text::sha256_hex(record.yaml);
     EXPECT_THAT(refusal(record),
                 AllOf(HasSubstr("misses its own validation points by"), HasSubstr("when it was made")))
         << alteration.name;
@@ -109,7 +109,7 @@ TEST_F(StoredModelTest, IsRefusedWhereItCorrectsMoreThanItSaidWhenItWasMade) {
     const Eigen::Isometry3d X_WB = cell.base.isometry() * Eigen::AngleAxisd(-0.04, Eigen::Vector3d::UnitZ());
     cell.base = BasePose::of(X_WB);
   });
-  record.sha256.clear();
+  record.sha256 = text::sha256_hex(record.yaml);
   EXPECT_THAT(refusal(record),
               AllOf(HasSubstr("it corrects a joint by up to"), HasSubstr("when it was made")));
 }
@@ -136,13 +136,8 @@ TEST_F(StoredModelTest, IsRefusedWithAnotherRobotFileThanItWasIdentifiedFrom) {
   EXPECT_THAT(refusal(made), HasSubstr("link3.a: 1150 mm in the model, 1160 mm in the robot file"));
 }
 
-TEST_F(StoredModelTest, SaysWhatOfAnOldOneCouldNotBeChecked) {
-  made.sha256.clear();
-  made.largest_correction_deg = 0;
-  auto checked = checked_model(made, result.points, config);
-  ASSERT_TRUE(checked) << checked.error();
-  EXPECT_THAT(checked->unchecked, HasSubstr("stored before models carried a hash"));
-  checked = checked_model(made, {}, config);
+TEST_F(StoredModelTest, SaysWhatCouldNotBeCheckedWithoutItsPoints) {
+  const auto checked = checked_model(made, {}, config);
   ASSERT_TRUE(checked) << checked.error();
   EXPECT_THAT(checked->unchecked, HasSubstr("the points of its campaign are not in this store"));
 }
@@ -150,7 +145,7 @@ TEST_F(StoredModelTest, SaysWhatOfAnOldOneCouldNotBeChecked) {
 TEST_F(StoredModelTest, IsRefusedWithoutAWordOfParsersWhereItsTextOrItsRowIsOfAnother) {
   ModelRecord broken = made;
   broken.yaml.resize(broken.yaml.size() / 2);
-  broken.sha256.clear();
+  broken.sha256 = text::sha256_hex(broken.yaml);
   EXPECT_THAT(refusal(broken),
               AllOf(HasSubstr("model m1 is refused: its text"), HasSubstr("identify again")));
   ModelRecord of_another = made;

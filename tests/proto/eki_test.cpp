@@ -173,7 +173,6 @@ TEST(EkiMessages, WhoseValuesAreAllEmptySayNothing) {
               "Ack: Ax.A2 is missing");
 }
 
-/// The message as a root, as channel files of before have it.
 std::string as_root(const FromController& message) {
   const std::string text = encode(message);
   constexpr std::size_t kOpen = std::string_view{"<Robot>"}.size(), kClose = kOpen + 1;

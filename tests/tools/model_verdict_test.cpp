@@ -92,7 +92,7 @@ TEST_F(ModelVerdict, IsToldWithItsDoubtAndNotWhereNothingFailed) {
       model + ": judged amber when it was made, look into that before you use it: 2 poses say little\n");
   EXPECT_EQ(fk(write_model(CalibrationVerdict{{{Severity::Advice, "no noise is stated"}}})), "");
   EXPECT_EQ(fk(write_model(CalibrationVerdict{})), "");
-  EXPECT_EQ(fk(write_model(std::nullopt)), "") << "a file of before";
+  EXPECT_EQ(fk(write_model(std::nullopt)), "");
 }
 
 TEST_F(ModelVerdict, IsWhatCalibrateFound) {

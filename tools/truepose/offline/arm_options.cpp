@@ -42,21 +42,9 @@ void tell_failed_verdict(const config::ModelFile& model, const std::string& plac
              to_do + ": " + model.verdict->findings.front().sentence);
 }
 
-namespace {
-
-void tell_doubts(const config::ModelFile& model, const std::filesystem::path& file) {
-  if (model.sha256.empty())
-    say_beside(file.string() +
-               ": it carries no hash: written before models had one, or cut off: whether it was "
-               "changed is not known; identify again to be sure");
-  tell_failed_verdict(model, file.string());
-}
-
-}  // namespace
-
 config::ModelFile load_model_to_use(const std::filesystem::path& file) {
   config::ModelFile model = config::load_model(file);
-  tell_doubts(model, file);
+  tell_failed_verdict(model, file.string());
   return model;
 }
 
@@ -74,7 +62,7 @@ config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem
   if (const auto why = config::larger_correction(nominal, model.cell, config::poses_of(model.validation),
                                                  model.largest_correction_deg))
     throw config::ConfigError(file.string() + ": the model is refused: " + *why + "; identify again");
-  tell_doubts(model, file);
+  tell_failed_verdict(model, file.string());
   return model;
 }
 

@@ -122,7 +122,6 @@ std::string measured_text(const json::value& stream) {
   return axes_text(stream, "/measured_deg");
 }
 
-/// A daemon of before tells no tool.
 std::string tool_line(const json::value& stream) {
   const bool is_measured = is_true_at(stream, "/tool/measured");
   return text_at(stream, "/tool/number") +
