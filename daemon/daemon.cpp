@@ -24,8 +24,7 @@
 #include "daemon/control/event_keeper.hpp"
 #include "daemon/log/log.hpp"
 #include "daemon/realtime/stream_options.hpp"
-#include "daemon/recorder/recorded_robot.hpp"
-#include "daemon/recorder/recorded_tracker.hpp"
+#include "daemon/recorder/recorded_stream.hpp"
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/service/service_manager.hpp"
 #include "daemon/store/campaign_plan.hpp"
@@ -117,6 +116,17 @@ std::unique_ptr<Ring> recording_ring(const config::RecordingConfig& config) {
   return Ring::in_process(bytes);
 }
 
+/// UTC of the clock's 0, ns since 1970.
+std::int64_t clock_origin_ns(const drivers::Clock& clock) {
+  const auto utc = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::nanoseconds{utc}.count() - drivers::nanoseconds_of(clock.now());
+}
+
+recording::Endpoint listens_at(const config::StreamConfig& stream) {
+  return recording::read_endpoint(stream.listen.host + ':' + std::to_string(stream.listen.port))
+      .value_or(recording::Endpoint{});
+}
+
 /// Whether the daemon was started to outlive its terminal (nohup).
 bool outlives_its_terminal() {
   struct sigaction hangup {};
@@ -140,7 +150,8 @@ class Daemon {
         stream_{started(StreamCycle::create(config.robot.model,
                                             started(read_ethernet(config.stream.ethernet_xml)),
                                             stream_options(config, peer_), stream_memory_.get()))},
-        recorder_{recording_ring(config.recording), clock_},
+        recorder_{recording_ring(config.recording), clock_, clock_origin_ns(clock_),
+                  listens_at(config.stream)},
         recorded_stream_{*stream_, *stream_memory_, recorder_.exchanges()},
         robot_{io_.get_executor(),
                clock_,
@@ -149,11 +160,8 @@ class Daemon {
                 recorder_.tap(recording::Wire::EkiState)}},
         tracker_{cell_tracker(config.tracker, io_.get_executor(), clock_,
                               recorder_.tap(recording::Wire::Tracker))},
-        recorded_robot_{robot_, recorder_.tap(recording::Wire::Robot)},
-        recorded_tracker_{*tracker_, MadeTracker::of(config.tracker),
-                          recorder_.tap(recording::Wire::Tracker)},
-        cell_{{io_.get_executor(), config_, recorded_robot_, recorded_tracker_, clock_, *stream_, store_,
-               store_thread_, compute_thread_, events_, recorder_, recorder_thread_,
+        cell_{{io_.get_executor(), config_, robot_, *tracker_, clock_, *stream_, store_, store_thread_,
+               compute_thread_, events_, recorder_, recorder_thread_,
                [] { return std::chrono::system_clock::now(); }, [this] { return link_->scheduling(); }}},
         link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), recorded_stream_))},
         server_{started(ControlServer::start(
@@ -382,8 +390,6 @@ class Daemon {
   Worker recorder_thread_;
   drivers::KukaEkiRobot robot_;
   std::unique_ptr<drivers::TimedTracker> tracker_;
-  RecordedRobot recorded_robot_;
-  RecordedTracker recorded_tracker_;
   DaemonCell cell_;
   EventKeeper keeper_{{events_, store_thread_, clock_, [] { return std::chrono::system_clock::now(); },
                        [this](const StoreError& error) { cell_.store_failed(error); }}};

@@ -33,6 +33,8 @@ class ByteStream {
   virtual boost::asio::awaitable<boost::system::error_code> write(std::string_view bytes) = 0;
   virtual void close() noexcept = 0;
   virtual bool is_open() const = 0;
+  /// "LOCAL REMOTE", each as "192.168.0.2:40000"; empty where that is not known.
+  virtual std::string ends() const { return {}; }
 };
 
 using MakeStream = std::function<std::unique_ptr<ByteStream>(boost::asio::any_io_executor)>;

@@ -8,36 +8,26 @@
 
 namespace truepose::drivers {
 
-/// What is known of how warm a tracker is.
-struct WarmUpMemory {
-  std::optional<TimePoint> cold_since;
-  bool warmed_up = false;
-};
-
 /// When a tracker that was initialised cold is to be initialised once more: where it says that it has warmed
 /// up, or so long after it was found switched on.
 class InitialiseAgain {
  public:
-  /// @param clock   outlives it
-  /// @param after   0: where it says so alone
-  /// @param memory  that it goes on from
-  InitialiseAgain(const Clock& clock, std::chrono::minutes after, const WarmUpMemory& memory = {})
-      : clock_{clock}, after_{after}, memory_{memory} {}
-
-  const WarmUpMemory& memory() const { return memory_; }
+  /// @param clock  outlives it
+  /// @param after  0: where it says so alone
+  InitialiseAgain(const Clock& clock, std::chrono::minutes after) : clock_{clock}, after_{after} {}
 
   /// It was not initialised when it was connected: somebody has just switched it on.
-  void found_cold() { memory_.cold_since = clock_.now(); }
+  void found_cold() { cold_since_ = clock_.now(); }
   /// It says so.
-  void has_warmed_up() { memory_.warmed_up = true; }
-  bool warmed_up() const { return memory_.warmed_up; }
+  void has_warmed_up() { warmed_up_ = true; }
+  bool warmed_up() const { return warmed_up_; }
 
   /// When it is connected the next time.
-  bool is_due() const { return memory_.warmed_up || time_is_over(); }
+  bool is_due() const { return warmed_up_ || time_is_over(); }
   /// It was initialised.
   void done() {
-    if (is_due()) memory_.cold_since.reset();
-    memory_.warmed_up = false;
+    if (is_due()) cold_since_.reset();
+    warmed_up_ = false;
   }
 
   /// What is not measured before that.
@@ -48,12 +38,13 @@ class InitialiseAgain {
 
  private:
   bool time_is_over() const {
-    return after_.count() > 0 && memory_.cold_since && clock_.now() - *memory_.cold_since >= after_;
+    return after_.count() > 0 && cold_since_ && clock_.now() - *cold_since_ >= after_;
   }
 
   const Clock& clock_;
   std::chrono::minutes after_;
-  WarmUpMemory memory_;
+  std::optional<TimePoint> cold_since_;
+  bool warmed_up_ = false;
 };
 
 }  // namespace truepose::drivers

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "drivers/byte_stream.hpp"
+#include "proto/text/host_port.hpp"
 
 namespace truepose::drivers {
 
@@ -66,6 +67,13 @@ class TcpStream final : public ByteStream {
     socket_.close(ignored);
   }
   bool is_open() const override { return socket_.is_open(); }
+  std::string ends() const override {
+    error_code no_local, no_remote;
+    const tcp::endpoint local = socket_.local_endpoint(no_local), remote = socket_.remote_endpoint(no_remote);
+    if (no_local || no_remote) return {};
+    return text::host_port(local.address().to_string(), local.port()) + ' ' +
+           text::host_port(remote.address().to_string(), remote.port());
+  }
 
  private:
   tcp::socket socket_;

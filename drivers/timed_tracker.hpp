@@ -10,15 +10,6 @@
 
 namespace truepose::drivers {
 
-/// What a driver remembers beyond its connections: one that is made with it does as this one would.
-struct TrackerMemory {
-  WarmUpMemory warm_up;
-  std::chrono::milliseconds average{0};  ///< that each measurement averages over
-  std::int64_t last_request = 0;         ///< number of the last one; of a bridge
-  double distance_mm = 0;                ///< of where it was last aimed at; of emScon, as the next
-  bool turned_over = false;              ///< it may be in face 2
-};
-
 /// What a driver does with its tracker, without deadlines: the calls of Tracker, and inspect() of
 /// TimedTracker. Where a call is cancelled it leaves the dialogue in a state from which the next one goes on,
 /// or the connection closed.
@@ -33,7 +24,6 @@ class TrackerDialogue {
   virtual TrackerTask<void> check() = 0;
   virtual void average_over(Duration time) = 0;
   virtual void close() noexcept = 0;
-  virtual TrackerMemory memory() const = 0;
 };
 
 /// A tracker by the dialogue with it, each call until its deadline.
@@ -55,7 +45,6 @@ class TimedTracker : public Tracker {
   boost::asio::awaitable<std::expected<void, TrackerError>> turn_over(TimePoint deadline) override;
   boost::asio::awaitable<std::expected<void, TrackerError>> check(TimePoint deadline) override;
   void disconnect() noexcept override { dialogue_->close(); }
-  TrackerMemory memory() const { return dialogue_->memory(); }
 
  private:
   Clock& clock_;

@@ -42,13 +42,13 @@ TrackerTask<void> TrackerWire::open(std::string host, std::uint16_t port) {
   auto connecting = stream_->connect(host, port);
   const std::optional<error_code> error =
       co_await before(clock_, clock_.now() + kTaken, std::move(connecting));
-  if (error) tell_failure(tap_, WireOperation::Connect, *error);
+  if (error) report_failure(tap_, "connect", *error);
   if (!error || *error) {
     const std::string why = error ? error->message() : "no answer to the connection request";
     co_return std::unexpected(TrackerError{
         TrackerFault::Unreachable, "no tracker answers at " + text::host_port(host, port) + ": " + why});
   }
-  tap_(recording::Kind::Connected, text::host_port(host, port));
+  tap_(recording::Kind::Connected, stream_->ends());
   guard.done();
   co_return TrackerResult<void>{};
 }
@@ -59,7 +59,7 @@ TrackerTask<void> TrackerWire::send(std::string bytes) {
   CloseUnlessDone guard{*this};  // half a message sent cannot be taken back
   tap_(recording::Kind::Sent, bytes);
   const error_code error = co_await stream_->write(bytes);
-  tell_failure(tap_, WireOperation::Write, error);
+  report_failure(tap_, "write", error);
   const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
   throw_if_cancelled(cancellation);
   if (error) co_return std::unexpected(lost(error.message()));
@@ -70,7 +70,7 @@ TrackerTask<void> TrackerWire::send(std::string bytes) {
 TrackerTask<std::string_view> TrackerWire::receive() {
   if (!is_open()) co_return std::unexpected(lost("it is closed"));
   const auto [error, size] = co_await stream_->read(received_);
-  tell_failure(tap_, WireOperation::Read, error);
+  report_failure(tap_, "read", error);
   const asio::cancellation_state cancellation = co_await asio::this_coro::cancellation_state;
   throw_if_cancelled(cancellation);
   if (error) co_return std::unexpected(lost(error.message()));

@@ -7,8 +7,7 @@
 
 namespace truepose::drivers {
 
-/// Hears all that goes over one wire, when it went: Received, Sent, Connected (with the address), Closed and
-/// Failed (drivers/wire_failure.hpp).
+/// Hears all that goes over one wire, when it went: Received, Sent, Connected, Closed and Failed.
 using WireTap = std::function<void(recording::Kind kind, std::string_view bytes)>;
 
 inline const WireTap kNobodyHears = [](recording::Kind, std::string_view) {};

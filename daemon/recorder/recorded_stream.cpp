@@ -106,7 +106,7 @@ void ExchangeReader::read(std::string_view exchange, const std::function<void(Re
     take_record({.time_ns = head.received_ns, .kind = Kind::Commands, .bytes = text(commands)});
   take_record({.time_ns = head.received_ns,
                .kind = Kind::Received,
-               .peer = recording::Peer{head.address, head.port},
+               .peer = recording::Endpoint{head.address, head.port},
                .bytes = datagram});
   take_record({.time_ns = head.done_ns, .kind = Kind::Sent, .bytes = reply});
   if (head.has_memory) {

@@ -20,12 +20,11 @@ constexpr std::size_t kMostToldBytes = std::size_t{4} << 20;
 using Written = std::expected<void, std::string>;
 
 /// Whole or not at all.
-Written write_recording(const recording::Header& header, const Ring& ring,
-                        const std::filesystem::path& file) try {
+Written write_recording(const std::string& head, const Ring& ring, const std::filesystem::path& file) try {
   config::UnfinishedFile out{file};
-  out.stream() << recording::first_block(header);
-  for (const Ring::Block& each : ring.blocks()) out.stream() << recording::block(each.records);
-  out.stream() << recording::last_block();
+  out.stream() << head;
+  for (const Ring::Block& each : ring.blocks()) out.stream() << each.texts;
+  out.stream() << recording::tail();
   out.close();
   out.take_place();
   return {};
@@ -35,8 +34,13 @@ Written write_recording(const recording::Header& header, const Ring& ring,
 
 }  // namespace
 
-Recorder::Recorder(std::unique_ptr<Ring> ring, const drivers::Clock& clock)
-    : clock_{clock}, exchanges_{kExchangeBytes}, ring_{std::move(ring)} {}
+Recorder::Recorder(std::unique_ptr<Ring> ring, const drivers::Clock& clock, std::int64_t clock_origin_ns,
+                   const recording::Endpoint& rsi)
+    : clock_{clock},
+      clock_origin_ns_{clock_origin_ns},
+      exchanges_{kExchangeBytes},
+      writer_{rsi, clock_origin_ns},
+      ring_{std::move(ring)} {}
 
 void Recorder::tell(Wire wire, Kind kind, std::string_view bytes) {
   const std::int64_t now = drivers::nanoseconds_of(clock_.now());
@@ -77,7 +81,7 @@ std::vector<Record> Recorder::take_told() {
 }
 
 void Recorder::keep(const Record& record) {
-  ring_->append(record);
+  ring_->append(record.time_ns, writer_.blocks(record));
   newest_ns_ = std::max(newest_ns_, record.time_ns);
 }
 
@@ -91,15 +95,16 @@ void Recorder::tell_dropped() {
         .bytes = std::to_string(more)});
 }
 
-std::expected<void, std::string> Recorder::save(const recording::Header& header,
-                                                const std::filesystem::path& file) {
+std::expected<void, std::string> Recorder::save(recording::Header header, const std::filesystem::path& file) {
   drain();
-  return write_recording(header, *ring_, file);
+  header.clock_origin_ns = clock_origin_ns_;
+  return write_recording(recording::head(header), *ring_, file);
 }
 
-std::expected<void, std::string> Recorder::keep_header(const recording::Header& header,
-                                                       const RecordingFolder& folder) try {
-  config::write_text_file(folder.ring_header(), recording::first_block(header));
+std::expected<void, std::string> Recorder::keep_header(recording::Header header,
+                                                       const RecordingFolder& folder) const try {
+  header.clock_origin_ns = clock_origin_ns_;
+  config::write_text_file(folder.ring_header(), recording::head(header));
   return {};
 } catch (const config::ConfigError& error) {
   return std::unexpected(error.what());
@@ -108,14 +113,14 @@ std::expected<void, std::string> Recorder::keep_header(const recording::Header& 
 std::expected<std::filesystem::path, std::string> save_left_behind(const RecordingFolder& folder,
                                                                    const std::string& date) try {
   if (!config::is_own_file(folder.ring()) || !config::is_own_file(folder.ring_header())) return {};
-  const auto header = recording::Recording::read_header(config::read_bytes(folder.ring_header()));
-  if (!header) return std::unexpected(folder.ring_header().string() + ": " + header.error());
+  const std::string head = config::read_bytes(folder.ring_header());
+  if (const auto header = recording::Recording::read_header(head); !header)
+    return std::unexpected(folder.ring_header().string() + ": " + header.error());
   const auto ring = Ring::open(folder.ring());
   if (!ring) return std::unexpected(ring.error());
   if ((*ring)->blocks().empty()) return {};
   std::filesystem::path file = folder.file(date);
-  if (auto written = write_recording(*header, **ring, file); !written)
-    return std::unexpected(written.error());
+  if (auto written = write_recording(head, **ring, file); !written) return std::unexpected(written.error());
   return file;
 } catch (const config::ConfigError& error) {
   return std::unexpected(error.what());

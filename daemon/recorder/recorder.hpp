@@ -27,8 +27,11 @@ namespace truepose::daemon {
 /// thread's, which may be kept waiting by the disk.
 class Recorder {
  public:
-  /// @param clock  outlives the recorder
-  Recorder(std::unique_ptr<Ring> ring, const drivers::Clock& clock);
+  /// @param clock            outlives the recorder
+  /// @param clock_origin_ns  UTC of its 0
+  /// @param rsi              at which the stream listens
+  Recorder(std::unique_ptr<Ring> ring, const drivers::Clock& clock, std::int64_t clock_origin_ns = 0,
+           const recording::Endpoint& rsi = {});
 
   ByteQueue& exchanges() { return exchanges_; }
   void tell(recording::Wire wire, recording::Kind kind, std::string_view bytes);
@@ -45,10 +48,9 @@ class Recorder {
   /// Moves what was told into the ring.
   void drain();
   /// Writes what the ring holds, whole or not at all. @return or why not, one sentence
-  std::expected<void, std::string> save(const recording::Header& header, const std::filesystem::path& file);
+  std::expected<void, std::string> save(recording::Header header, const std::filesystem::path& file);
   /// What the ring is of, for who finds it (save_left_behind()).
-  static std::expected<void, std::string> keep_header(const recording::Header& header,
-                                                      const RecordingFolder& folder);
+  std::expected<void, std::string> keep_header(recording::Header header, const RecordingFolder& folder) const;
 
  private:
   std::vector<recording::Record> take_told();
@@ -56,8 +58,10 @@ class Recorder {
   void tell_dropped();
 
   const drivers::Clock& clock_;
+  const std::int64_t clock_origin_ns_;
   ByteQueue exchanges_;
   ExchangeReader reader_;
+  recording::RecordWriter writer_;
   std::unique_ptr<Ring> ring_;
   std::uint64_t dropped_told_ = 0;
   std::int64_t newest_ns_ = 0;

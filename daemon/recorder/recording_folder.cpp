@@ -14,10 +14,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kExtension = ".recording";
+constexpr const char* kExtension = ".pcapng";
 
-/// Which of its folder a recording is, from 1, as its name "DATE_NUMBER.recording" says: a clock may be set
-/// back. 0: it is from before names said so.
+/// Which of its folder a recording is, from 1, as its name "DATE_NUMBER.pcapng" says: a clock may be set
+/// back. 0: its name has none.
 std::uint64_t number_of(const RecordingFolder::Entry& entry) {
   const std::string stem = fs::path{entry.name}.stem();
   const char* const end = stem.data() + stem.size();

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <new>
@@ -17,12 +16,12 @@ struct Ring::Slot {
   std::uint64_t number;  // of its block; 0 = none
   std::int64_t begin_ns;
   std::uint32_t size, checksum;
-  std::array<char, recording::kMostBlockBytes> records;
+  std::array<char, kSlotBytes> texts;
 
   bool whole() const {
-    if (number == 0 || size == 0 || size > records.size()) return false;
+    if (number == 0 || size == 0 || size > texts.size()) return false;
     boost::crc_32_type sum;
-    sum.process_bytes(records.data(), size);
+    sum.process_bytes(texts.data(), size);
     return sum.checksum() == checksum;
   }
 };
@@ -85,35 +84,34 @@ std::expected<std::unique_ptr<Ring>, std::string> Ring::open(const std::filesyst
 
 Ring::Slot& Ring::slot(std::uint64_t number) const { return static_cast<Slot*>(mapped_)[number % slots_]; }
 
-void Ring::append(const recording::Record& record) {
-  if (number_ == 0) begin_block(record.time_ns);
-  if (block_.append(record)) return;
-  settle();
-  begin_block(record.time_ns);
-  block_.append(record);
+void Ring::append(std::int64_t time_ns, std::string_view text) {
+  if (number_ == 0) begin_slot(time_ns);
+  if (slot(number_).size + fresh_.size() + text.size() > kSlotBytes) {
+    settle();
+    begin_slot(time_ns);
+  }
+  fresh_ += text;
 }
 
-void Ring::begin_block(std::int64_t time_ns) {
+void Ring::begin_slot(std::int64_t time_ns) {
   Slot& next = slot(++number_);
   bytes_ -= next.size;
   next.number = 0;
   next.size = next.checksum = 0;
   next.begin_ns = time_ns;
-  block_.clear();
   checksum_.reset();
 }
 
 void Ring::settle() {
-  if (number_ == 0) return;
+  if (fresh_.empty()) return;
   Slot& now = slot(number_);
-  const std::string_view fresh = std::string_view{block_.bytes()}.substr(now.size);
-  if (fresh.empty()) return;
-  std::ranges::copy(fresh, now.records.begin() + now.size);
-  checksum_.process_bytes(fresh.data(), fresh.size());
+  std::ranges::copy(fresh_, now.texts.begin() + now.size);
+  checksum_.process_bytes(fresh_.data(), fresh_.size());
   now.checksum = checksum_.checksum();
-  now.size += static_cast<std::uint32_t>(fresh.size());
+  now.size += static_cast<std::uint32_t>(fresh_.size());
   now.number = number_;
-  bytes_ += fresh.size();
+  bytes_ += fresh_.size();
+  fresh_.clear();
 }
 
 std::vector<Ring::Block> Ring::blocks() const {
@@ -123,7 +121,7 @@ std::vector<Ring::Block> Ring::blocks() const {
   }
   std::ranges::sort(whole, {}, &Slot::number);
   std::vector<Block> blocks;
-  for (const Slot* each : whole) blocks.push_back({each->begin_ns, {each->records.data(), each->size}});
+  for (const Slot* each : whole) blocks.push_back({each->begin_ns, {each->texts.data(), each->size}});
   return blocks;
 }
 

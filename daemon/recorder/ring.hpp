@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <boost/crc.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -11,15 +12,14 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/recording/block.hpp"
-
 namespace truepose::daemon {
 
-/// Blocks of records in a file of one size, which is mapped: when it is full, the oldest gives way. What a
+/// Texts in slots of a file of one size, which is mapped: when it is full, the oldest slot is emptied. What a
 /// process leaves there when it is killed can be read by the next one.
 class Ring {
  public:
   static constexpr std::size_t kLeastBytes = std::size_t{1} << 20;
+  static constexpr std::size_t kSlotBytes = std::size_t{128} << 10;
 
   /// Empty, and as large as it will be: the disk cannot become too full for it later.
   /// @return the ring, or one sentence that names the file
@@ -33,32 +33,33 @@ class Ring {
   Ring(const Ring&) = delete;
   Ring& operator=(const Ring&) = delete;
 
-  void append(const recording::Record& record);
+  /// @param text  at most kSlotBytes: it stays whole
+  void append(std::int64_t time_ns, std::string_view text);
   /// What was appended is there for who reads the file.
   void settle();
 
   struct Block {
-    std::int64_t begin_ns = 0;  ///< time of its first record
-    std::string_view records;
+    std::int64_t begin_ns = 0;  ///< time of its first text
+    std::string_view texts;
   };
   /// From the oldest on. Views hold until the next append().
   std::vector<Block> blocks() const;
-  /// Of the records, as they are kept.
+  /// Of all texts.
   std::size_t bytes() const { return bytes_; }
-  /// Of the oldest record.
+  /// Of the oldest text.
   std::optional<std::int64_t> begin_ns() const;
 
  private:
   struct Slot;
   Ring(void* mapped, std::size_t mapped_bytes);
   Slot& slot(std::uint64_t number) const;
-  void begin_block(std::int64_t time_ns);
+  void begin_slot(std::int64_t time_ns);
 
   void* mapped_;
   std::size_t mapped_bytes_;
   std::size_t slots_;
-  std::uint64_t number_ = 0;  // of the block that is written; the first is 1
-  recording::BlockWriter block_;
+  std::uint64_t number_ = 0;     // of the block that is written; the first is 1
+  std::string fresh_;            // not settled yet
   boost::crc_32_type checksum_;  // of what is settled
   std::size_t bytes_ = 0;
 };

@@ -82,7 +82,6 @@ void StreamReplay::take(const Record& record) {
       command(record);
       break;
     case Kind::Received:
-      ++wire_.frames;
       datagram_ = record;
       break;
     case Kind::Sent:
@@ -135,7 +134,7 @@ void StreamReplay::answer(const Record& sent) {
   if (!datagram) return;
   if (!cycle_) return explain(kBegunBefore);
   replay_time = drivers::time_of(sent.time_ns);
-  const recording::Peer peer = datagram->peer.value_or(recording::Peer{});
+  const recording::Endpoint peer = datagram->peer.value_or(recording::Endpoint{});
   const std::string_view reply =
       cycle_->answer({datagram->bytes, {peer.address, peer.port}, drivers::time_of(datagram->time_ns)});
   const drivers::TimePoint received = drivers::time_of(datagram->time_ns);
@@ -163,8 +162,8 @@ void StreamReplay::compare(const Record& sent, std::string_view reply) {
 
 void StreamReplay::take_events(std::int64_t time_ns) {
   for (StreamEvent event; cycle_->next_event(event);) {
-    if (event.kind == StreamEventKind::Malformed && !wire_.first_rejected)
-      wire_.first_rejected = {time_ns, describe(event)};
+    if (event.kind == StreamEventKind::Malformed && !report_.first_rejected)
+      report_.first_rejected = {time_ns, describe(event)};
     const bool faulted = event.state == StreamState::Fault || event.state == StreamState::Frozen;
     if (event.kind == StreamEventKind::StateChanged && faulted)
       report_.faults.push_back({time_ns, describe(event)});
@@ -176,8 +175,8 @@ void StreamReplay::end() {
   const StreamStatus status = cycle_->status();
   for (const auto& [name, counter] : kCounters)
     report_.counters[std::string{name}] += status.counters.*counter;
-  wire_.rejected += status.counters.malformed;
-  wire_.sessions += status.counters.sessions;
+  report_.rejected += status.counters.malformed;
+  report_.sessions += status.counters.sessions;
   report_.max_step_deg = std::max(report_.max_step_deg, status.max_step_deg);
   cycle_.reset();
 }

@@ -28,7 +28,6 @@ class StreamReplay {
   void miss();
   /// The stream ends here: what it has counted is reported.
   void end();
-  const WireReport& wire() const { return wire_; }
   const StreamReport& report() const { return report_; }
 
  private:
@@ -57,7 +56,6 @@ class StreamReplay {
   bool model_known_ = true;
   bool caught_up_ = false;  ///< replies are those of the recorded stream
   std::optional<recording::Record> datagram_;
-  WireReport wire_{.wire = recording::Wire::Rsi};
   StreamReport report_;
 };
 

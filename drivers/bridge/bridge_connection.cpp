@@ -47,9 +47,8 @@ TrackerError refusal(std::string_view what, const bridge::Refusal& refusal) {
 }
 
 BridgeConnection::BridgeConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
-                                   std::function<void(const bridge::Event&)> observe, WireTap tap,
-                                   std::int64_t last_request)
-    : wire_{std::move(stream), clock, std::move(tap)}, observe_{std::move(observe)}, last_id_{last_request} {}
+                                   std::function<void(const bridge::Event&)> observe, WireTap tap)
+    : wire_{std::move(stream), clock, std::move(tap)}, observe_{std::move(observe)} {}
 
 void BridgeConnection::close() noexcept {
   wire_.close();

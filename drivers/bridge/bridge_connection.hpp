@@ -21,17 +21,14 @@ TrackerError refusal(std::string_view what, const bridge::Refusal& refusal);
 /// it is closed.
 class BridgeConnection {
  public:
-  /// @param clock         outlives it
-  /// @param observe       sees every event
-  /// @param last_request  number after which requests are counted on
+  /// @param clock    outlives it
+  /// @param observe  sees every event
   BridgeConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
-                   std::function<void(const bridge::Event&)> observe, WireTap tap,
-                   std::int64_t last_request = 0);
+                   std::function<void(const bridge::Event&)> observe, WireTap tap);
 
   TrackerTask<void> open(std::string host, std::uint16_t port);
   bool is_open() const { return wire_.is_open(); }
   void close() noexcept;
-  std::int64_t last_request() const { return last_id_; }
 
   /// Why an event is the end of what was asked for; nothing: it is not.
   using Ends = std::function<std::optional<TrackerError>(const bridge::Event&)>;
@@ -66,7 +63,7 @@ class BridgeConnection {
   TrackerWire wire_;
   std::function<void(const bridge::Event&)> observe_;
   control::LineSplitter lines_{bridge::kMaxLine};
-  std::int64_t last_id_;
+  std::int64_t last_id_ = 0;
 };
 
 }  // namespace truepose::drivers

@@ -70,12 +70,10 @@ class BridgeTracker::Session final : public TrackerDialogue {
  public:
   Session(asio::any_io_executor executor, Clock& clock, BridgeOptions options)
       : options_{std::move(options)},
-        time_{options_.memory ? options_.memory->average : options_.measure},
-        warm_up_{clock, options_.initialise_again,
-                 options_.memory ? options_.memory->warm_up : WarmUpMemory{}},
+        time_{options_.measure},
+        warm_up_{clock, options_.initialise_again},
         connection_{options_.stream(std::move(executor)), clock,
-                    [this](const bridge::Event& event) { observe(event); }, options_.tap,
-                    options_.memory ? options_.memory->last_request : 0} {}
+                    [this](const bridge::Event& event) { observe(event); }, options_.tap} {}
 
   TrackerTask<TrackerIdentity> connect() override;
   TrackerTask<TrackerIdentity> inspect() override;
@@ -85,9 +83,6 @@ class BridgeTracker::Session final : public TrackerDialogue {
   TrackerTask<void> check() override;
   void average_over(Duration time) override { time_ = std::chrono::ceil<std::chrono::milliseconds>(time); }
   void close() noexcept override { connection_.close(); }
-  TrackerMemory memory() const override {
-    return {.warm_up = warm_up_.memory(), .average = time_, .last_request = connection_.last_request()};
-  }
 
  private:
   void observe(const bridge::Event& event);

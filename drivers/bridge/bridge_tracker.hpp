@@ -30,7 +30,6 @@ struct BridgeOptions {
   std::chrono::minutes initialise_again{0};
   WireTap tap = kNobodyHears;
   MakeStream stream = tcp_stream;
-  std::optional<TrackerMemory> memory{};  ///< that it goes on from; none: it is new
 };
 
 SmrPoint point_of(const bridge::Measured& result);

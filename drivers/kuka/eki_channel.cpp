@@ -54,7 +54,7 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint d
                      "refused: check that " + server_ + " is running and that no other client is connected");
   }
   if (*result) co_return failed(RobotFault::Unreachable, result->message());
-  tap_(recording::Kind::Connected, name_);
+  tap_(recording::Kind::Connected, stream_->ends());
   co_return std::expected<void, RobotError>{};
 }
 
@@ -62,7 +62,7 @@ asio::awaitable<std::optional<error_code>> EkiChannel::open(TimePoint deadline) 
   const TimePoint taken_by = std::min(deadline, clock_.now() + kTaken);
   auto connecting = stream_->connect(host_, port_);
   auto result = co_await before(clock_, taken_by, std::move(connecting));
-  if (result) tell_failure(tap_, WireOperation::Connect, *result);
+  if (result) report_failure(tap_, "connect", *result);
   co_return result;
 }
 
@@ -84,7 +84,7 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::send(eki::ToControl
 asio::awaitable<error_code> EkiChannel::write(std::string bytes) {
   tap_(recording::Kind::Sent, bytes);
   const error_code error = co_await stream_->write(bytes);
-  tell_failure(tap_, WireOperation::Write, error);
+  report_failure(tap_, "write", error);
   co_return error;
 }
 
@@ -115,7 +115,7 @@ asio::awaitable<error_code> EkiChannel::read() {
   std::array<char, 4096> bytes;
   const auto [error, size] = co_await stream_->read(bytes);
   if (size > 0) tap_(recording::Kind::Received, {bytes.data(), size});
-  tell_failure(tap_, WireOperation::Read, error);
+  report_failure(tap_, "read", error);
   splitter_.feed({bytes.data(), size});
   co_return error;
 }

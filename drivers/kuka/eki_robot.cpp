@@ -139,7 +139,7 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
                                           "the state server (sps.sub)", options_.host, options_.state_port,
                                           options_.state_tap)},
       answers_{std::make_unique<Answers>(executor)},
-      memory_{options_.memory.value_or(KukaEkiMemory{.last_id = first_id(), .unfinished = {}})} {
+      last_id_{first_id()} {
   assert(options_.joint_count >= 1 && options_.joint_count <= static_cast<int>(eki::Axes{}.size()));
 }
 
@@ -306,9 +306,8 @@ asio::awaitable<std::expected<void, RobotError>> KukaEkiRobot::start_stream_prog
 asio::awaitable<std::expected<eki::Ack, RobotError>> KukaEkiRobot::run(eki::Command command,
                                                                        eki::AckState until,
                                                                        TimePoint deadline) {
-  command.id =
-      memory_.unfinished && same_order(command, *memory_.unfinished) ? memory_.unfinished->id : next_id();
-  memory_.unfinished = command;
+  command.id = unfinished_ && same_order(command, *unfinished_) ? unfinished_->id : next_id();
+  unfinished_ = command;
   const auto sent = co_await motion_->send(command, deadline);
   if (!sent) co_return std::unexpected(sent.error());
   for (;;) {
@@ -323,14 +322,14 @@ asio::awaitable<std::expected<eki::Ack, RobotError>> KukaEkiRobot::run(eki::Comm
         if (until != eki::AckState::Moving) break;
         [[fallthrough]];
       case eki::AckState::InPosition:
-        memory_.unfinished.reset();
+        unfinished_.reset();
         co_return *ack;
       case eki::AckState::Rejected:
-        memory_.unfinished.reset();
+        unfinished_.reset();
         co_return std::unexpected(
             RobotError{RobotFault::Refused, "the controller rejected the command: " + reason(ack->error)});
       case eki::AckState::Aborted:
-        memory_.unfinished.reset();
+        unfinished_.reset();
         co_return std::unexpected(
             RobotError{RobotFault::Aborted, "the controller aborted the command: " + reason(ack->error)});
     }

@@ -16,20 +16,13 @@ namespace truepose::drivers {
 
 class EkiChannel;
 
-/// What a driver remembers beyond its connections: one that is made with it does as this one would.
-struct KukaEkiMemory {
-  std::int32_t last_id = 0;                ///< of a command or a control
-  std::optional<eki::Command> unfinished;  ///< sent, and its end is not known
-};
-
 struct KukaEkiOptions {
   std::string host;                   ///< the controller's address on the KLI network
   std::uint16_t motion_port = 54600;  ///< channel CellLink, served by the robot interpreter
   std::uint16_t state_port = 54601;   ///< channel CellState, served by the submit interpreter
   int joint_count = 6;                ///< 1..6; further axes are sent as 0
   WireTap motion_tap = kNobodyHears, state_tap = kNobodyHears;
-  MakeStream stream = tcp_stream;         ///< of the motion channel, then of the state channel
-  std::optional<KukaEkiMemory> memory{};  ///< that it goes on from; none: it is new
+  MakeStream stream = tcp_stream;  ///< of the motion channel, then of the state channel
 };
 
 /// A KUKA arm moved over EKI by the KRL programs in config/kuka.
@@ -54,8 +47,6 @@ class KukaEkiRobot final : public Robot {
   boost::asio::awaitable<std::expected<void, RobotError>> stop(TimePoint deadline) override;
   void disconnect() noexcept override;
 
-  const KukaEkiOptions& options() const { return options_; }
-  const KukaEkiMemory& memory() const { return memory_; }
   /// Whether a channel is open.
   bool linked() const;
 
@@ -76,14 +67,15 @@ class KukaEkiRobot final : public Robot {
   boost::asio::awaitable<std::expected<eki::Ack, RobotError>> run(eki::Command command, eki::AckState until,
                                                                   TimePoint deadline);
   RobotState robot_state(const eki::State& reported) const;
-  std::int32_t next_id() { return ++memory_.last_id; }
+  std::int32_t next_id() { return ++last_id_; }
 
   Clock& clock_;
   KukaEkiOptions options_;
   std::unique_ptr<EkiChannel> motion_;
   std::unique_ptr<EkiChannel> state_;
   std::unique_ptr<Answers> answers_;
-  KukaEkiMemory memory_;
+  std::int32_t last_id_;                    // of a command or a control
+  std::optional<eki::Command> unfinished_;  // sent, and its end is not known
 };
 
 }  // namespace truepose::drivers

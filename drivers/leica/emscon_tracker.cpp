@@ -56,14 +56,9 @@ class EmsconTracker::Session final : public TrackerDialogue {
   Session(asio::any_io_executor executor, Clock& clock, EmsconOptions options)
       : clock_{clock},
         options_{std::move(options)},
-        measure_ms_{static_cast<std::int32_t>(
-            (options_.memory ? options_.memory->average : options_.measure).count())},
+        measure_ms_{static_cast<std::int32_t>(options_.measure.count())},
         connection_{options_.stream(std::move(executor)), clock,
-                    [this](const TrackerPacket& packet) { observe(packet); }, options_.tap} {
-    if (!options_.memory) return;
-    distance_mm_ = options_.memory->distance_mm;
-    turned_over_ = options_.memory->turned_over;
-  }
+                    [this](const TrackerPacket& packet) { observe(packet); }, options_.tap} {}
 
   TrackerTask<TrackerIdentity> connect() override;
   TrackerTask<TrackerIdentity> inspect() override;
@@ -75,12 +70,6 @@ class EmsconTracker::Session final : public TrackerDialogue {
     measure_ms_ = static_cast<std::int32_t>(std::chrono::ceil<std::chrono::milliseconds>(time).count());
   }
   void close() noexcept override { connection_.close(); }
-  TrackerMemory memory() const override {
-    return {.warm_up = warm_up_.memory(),
-            .average = std::chrono::milliseconds{measure_ms_},
-            .distance_mm = distance_mm_,
-            .turned_over = turned_over_};
-  }
 
  private:
   void observe(const TrackerPacket& packet);
@@ -102,8 +91,7 @@ class EmsconTracker::Session final : public TrackerDialogue {
   std::int32_t measure_ms_;  ///< that each measurement averages over
   EmsconConnection connection_;
   EmsconSettings settings_{connection_};
-  InitialiseAgain warm_up_{clock_, options_.initialise_again,
-                           options_.memory ? options_.memory->warm_up : WarmUpMemory{}};
+  InitialiseAgain warm_up_{clock_, options_.initialise_again};
   double distance_mm_ = 0;               ///< of where it was last aimed at
   bool turned_over_ = false;             ///< it may be in face 2
   bool measurement_unfinished_ = false;  ///< started, and its end has not been seen

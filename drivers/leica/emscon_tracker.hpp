@@ -30,7 +30,6 @@ struct EmsconOptions {
   std::chrono::minutes initialise_again{0};
   WireTap tap = kNobodyHears;
   MakeStream stream = tcp_stream;
-  std::optional<TrackerMemory> memory{};  ///< that it goes on from; none: it is new
 };
 
 /// A Leica tracker that speaks emScon (AT901, LTD, AT401/402) over TCP.

@@ -1,54 +1,82 @@
 #include "proto/recording/recording.hpp"
 
-#include <boost/crc.hpp>
+#include <algorithm>
 #include <boost/json/value.hpp>
 #include <charconv>
 #include <optional>
 
 #include "proto/control/json_text.hpp"
 #include "proto/record/json_io.hpp"
-#include "proto/recording/block.hpp"
 
 namespace truepose::recording {
 namespace {
 
-constexpr std::string_view kMagic = "truepose recording 2\n";
-/// Without what was asked of the drivers: its kinds of records are among those of version 2.
-constexpr std::string_view kMagicOfVersion1 = "truepose recording 1\n";
-static_assert(kMagic.size() == kMagicOfVersion1.size());
-constexpr std::size_t kBlockHead = 8;
+constexpr std::uint32_t kNotes = static_cast<std::uint32_t>(Wire::Daemon);
+constexpr std::string_view kHeader = "header ", kEnd = "end";
+constexpr std::size_t kMostHeaderPart = 60'000;
 
 constexpr std::array kEngagements{
     Named{"off", Commands::Engagement::Off}, Named{"leaving", Commands::Engagement::Leaving},
     Named{"on", Commands::Engagement::On}, Named{"armed", Commands::Engagement::Armed}};
 
-std::uint32_t checksum(std::string_view bytes) {
-  boost::crc_32_type crc;
-  crc.process_bytes(bytes.data(), bytes.size());
-  return crc.checksum();
+std::string note_block(std::int64_t utc_ns, std::string_view text) {
+  return packet_block({.interface = kNotes, .utc_ns = utc_ns, .bytes = text});
 }
 
-void append_u32(std::string& out, std::size_t number) {
-  for (unsigned shift = 0; shift < 32; shift += 8) out += static_cast<char>(number >> shift);
+/// The JSON of the header, whose parts come before all else. Empty: there is none, or it is cut off.
+std::string header_text(std::string_view bytes) {
+  PacketReader packets{bytes};
+  std::string text;
+  for (;;) {
+    const auto packet = packets.next();
+    if (!packet || !*packet || (*packet)->interface != kNotes || !(*packet)->bytes.starts_with(kHeader))
+      return text;
+    text += (*packet)->bytes.substr(kHeader.size());
+  }
 }
 
-std::uint32_t u32_at(std::string_view bytes, std::size_t at) {
-  std::uint32_t number = 0;
-  for (std::size_t i = 4; i-- > 0;) number = number << 8 | static_cast<unsigned char>(bytes[at + i]);
-  return number;
+/// "rsi commands on 0 1 1"
+std::optional<Record> read_note(std::string_view text, std::int64_t time_ns) {
+  const auto word = [&] {
+    const std::size_t space = text.find(' ');
+    const std::string_view taken = text.substr(0, space);
+    text.remove_prefix(space == std::string_view::npos ? text.size() : space + 1);
+    return taken;
+  };
+  const std::string_view wire = word(), kind = word();
+  const auto is_named = [](const auto& table, std::string_view name) {
+    const auto names = names_of(table);
+    return std::ranges::find(names, name) != names.end();
+  };
+  if (!is_named(kWires, wire) || !is_named(kKinds, kind)) return std::nullopt;
+  return Record{.time_ns = time_ns,
+                .wire = value_of(kWires, wire),
+                .kind = value_of(kKinds, kind),
+                .bytes = std::string{text}};
 }
 
-/// What follows; nothing where it is no whole block.
-std::optional<std::string_view> block_at(std::string_view bytes, std::size_t begin) {
-  const std::string_view rest = bytes.substr(begin);
-  if (rest.size() < kBlockHead || rest.size() - kBlockHead < u32_at(rest, 0)) return std::nullopt;
-  const std::string_view block = rest.substr(kBlockHead, u32_at(rest, 0));
-  if (checksum(block) != u32_at(rest, 4)) return std::nullopt;
-  return block;
-}
-
-std::string unreadable(const char* what, std::size_t at, std::size_t size) {
-  return std::string{what} + " at byte " + std::to_string(at) + " of " + std::to_string(size);
+/// Nothing of a packet that only makes a connection whole.
+std::optional<Record> read_wire(const Packet& packet, std::int64_t time_ns) {
+  const auto content = read_packet(packet.bytes);
+  if (!content || packet.interface >= kNotes) return std::nullopt;
+  const bool is_received = packet.direction == Direction::Inbound;
+  Record record{.time_ns = time_ns,
+                .wire = static_cast<Wire>(packet.interface),
+                .kind = is_received ? Kind::Received : Kind::Sent,
+                .bytes = std::string{content->payload}};
+  if (!content->is_tcp) {
+    if (is_received) record.peer = content->from;
+    return record;
+  }
+  if (content->flags == kSyn) {
+    record.kind = Kind::Connected;
+    record.bytes = text(content->from) + ' ' + text(content->to);
+  } else if (content->flags & kRst) {
+    record.kind = Kind::Closed;
+  } else if (content->payload.empty()) {
+    return std::nullopt;
+  }
+  return record;
 }
 
 }  // namespace
@@ -71,6 +99,7 @@ void layout(auto& io, record::Is<Header> auto& x) {
   io("cell", x.cell);
   io("date", x.date);
   io("time_ns", x.time_ns, record::Whole{INT64_MIN, INT64_MAX});
+  io("clock_origin_ns", x.clock_origin_ns, record::Whole{INT64_MIN, INT64_MAX});
   io("reason", x.reason);
   io("robot", x.robot);
   io("tracker", x.tracker);
@@ -104,30 +133,117 @@ std::expected<Commands, std::string> read_commands(std::string_view text) {
   return commands;
 }
 
-std::string block(std::string_view records) {
-  std::string out;
-  append_u32(out, records.size());
-  append_u32(out, checksum(records));
-  out += records;
+std::string head(const Header& header) {
+  std::string out = section_block("truepose " + header.product,
+                                  "cell " + header.cell + ", " + header.date + ": " + header.reason);
+  for (const auto& [name, wire] : kWires)
+    out += interface_block(name, wire == Wire::Daemon ? LinkType::User0 : LinkType::Raw);
+  const std::string json = control::json_text(record::to_json(header));
+  for (std::size_t at = 0; at < json.size(); at += kMostHeaderPart)
+    out += note_block(header.clock_origin_ns + header.time_ns,
+                      std::string{kHeader} + json.substr(at, kMostHeaderPart));
   return out;
 }
 
-std::string first_block(const Header& header) {
-  return std::string{kMagic} + block(control::json_text(record::to_json(header)));
+std::string tail() { return note_block(0, kEnd); }
+
+std::string_view RecordWriter::blocks(const Record& record) {
+  blocks_.clear();
+  const bool is_unanswered = record.wire == Wire::Rsi && record.bytes.empty();
+  switch (record.kind) {
+    case Kind::Received:
+    case Kind::Sent:
+      if (is_unanswered || record.wire == Wire::Daemon) {
+        note(record);
+      } else if (record.wire == Wire::Rsi) {
+        datagram(record);
+      } else {
+        segments(record, record.kind == Kind::Received ? Direction::Inbound : Direction::Outbound);
+      }
+      break;
+    case Kind::Connected:
+      connected(record);
+      break;
+    case Kind::Closed:
+      segment(record, Direction::Outbound, kRst | kAck);
+      break;
+    default:
+      note(record);
+  }
+  return blocks_;
 }
 
-std::string last_block() { return block({}); }
+void RecordWriter::packet(const Record& record, Direction direction, std::string_view bytes) {
+  blocks_ += packet_block({.interface = static_cast<std::uint32_t>(record.wire),
+                           .utc_ns = clock_origin_ns_ + record.time_ns,
+                           .direction = direction,
+                           .bytes = bytes});
+}
+
+void RecordWriter::note(const Record& record) {
+  blocks_ += note_block(clock_origin_ns_ + record.time_ns, std::string{name_of(kWires, record.wire)} + ' ' +
+                                                               std::string{name_of(kKinds, record.kind)} +
+                                                               ' ' + record.bytes);
+}
+
+void RecordWriter::datagram(const Record& record) {
+  Connection& controller = connections_[static_cast<std::size_t>(record.wire)];
+  const bool is_received = record.kind == Kind::Received;
+  if (is_received) controller.remote = record.peer.value_or(Endpoint{});
+  const IpPacket sent{.from = rsi_, .to = controller.remote, .payload = record.bytes};
+  const IpPacket received{.from = controller.remote, .to = rsi_, .payload = record.bytes};
+  packet(record, is_received ? Direction::Inbound : Direction::Outbound,
+         bytes_of(is_received ? received : sent));
+}
+
+void RecordWriter::connected(const Record& record) {
+  Connection& connection = connections_[static_cast<std::size_t>(record.wire)];
+  const std::size_t space = record.bytes.find(' ');
+  connection = {.local = read_endpoint(record.bytes.substr(0, space)).value_or(Endpoint{}),
+                .remote = space == std::string::npos
+                              ? Endpoint{}
+                              : read_endpoint(record.bytes.substr(space + 1)).value_or(Endpoint{})};
+  segment(record, Direction::Outbound, kSyn);
+  ++connection.sent;
+  segment(record, Direction::Inbound, kSyn | kAck);
+  ++connection.received;
+  segment(record, Direction::Outbound, kAck);
+}
+
+void RecordWriter::segments(const Record& record, Direction direction) {
+  Connection& connection = connections_[static_cast<std::size_t>(record.wire)];
+  for (std::string_view rest = record.bytes; !rest.empty();) {
+    const std::string_view part = rest.substr(0, kMostPayload);
+    segment(record, direction, kPsh | kAck, part);
+    (direction == Direction::Inbound ? connection.received : connection.sent) +=
+        static_cast<std::uint32_t>(part.size());
+    rest.remove_prefix(part.size());
+  }
+}
+
+void RecordWriter::segment(const Record& record, Direction direction, std::uint8_t flags,
+                           std::string_view payload) {
+  const Connection& connection = connections_[static_cast<std::size_t>(record.wire)];
+  const bool is_received = direction == Direction::Inbound;
+  packet(record, direction,
+         bytes_of({.from = is_received ? connection.remote : connection.local,
+                   .to = is_received ? connection.local : connection.remote,
+                   .is_tcp = true,
+                   .sequence = is_received ? connection.received : connection.sent,
+                   .acknowledged = flags == kSyn ? 0
+                                   : is_received ? connection.sent
+                                                 : connection.received,
+                   .flags = flags,
+                   .payload = payload}));
+}
 
 std::expected<Header, std::string> Recording::read_header(std::string_view bytes) {
-  if (!bytes.starts_with(kMagic) && !bytes.starts_with(kMagicOfVersion1))
-    return std::unexpected("is no recording of truepose, of this version");
-  const auto header = block_at(bytes, kMagic.size());
-  if (!header) return std::unexpected("is damaged, or cut off, in its header");
-  const auto document = control::parse_json(*header);
-  if (!document) return std::unexpected("header: " + document.error());
-  auto read = record::from_json<Header>(*document, "header");
-  if (!read) return std::unexpected(read.error());
-  return read;
+  if (!is_pcapng(bytes)) return std::unexpected("is no recording of truepose");
+  const std::string text = header_text(bytes);
+  if (text.empty()) return std::unexpected("is no recording of truepose, or cut off in its header");
+  const auto document = control::parse_json(text);
+  if (!document) return std::unexpected("is damaged, or cut off, in its header: " + document.error());
+  return record::from_json<Header>(*document, "header");
 }
 
 std::expected<Recording, std::string> Recording::read(std::string bytes) {
@@ -135,21 +251,25 @@ std::expected<Recording, std::string> Recording::read(std::string bytes) {
   if (!header) return std::unexpected(header.error());
   Recording recording;
   recording.header_ = *std::move(header);
-  recording.begin_ = kMagic.size() + kBlockHead + u32_at(bytes, kMagic.size());
   recording.bytes_ = std::move(bytes);
   return recording;
 }
 
 std::string Recording::for_each(const std::function<void(const Record& record)>& take) const {
-  for (std::size_t at = begin_;;) {
-    const auto block = block_at(bytes_, at);
-    if (!block) return unreadable("damaged, or cut off,", at, bytes_.size());
-    if (block->empty()) return {};
-    BlockReader reader{*block};
-    auto record = reader.next();
-    for (; record && *record; record = reader.next()) take(**record);
-    if (!record) return unreadable(record.error().c_str(), at, bytes_.size());
-    at += kBlockHead + block->size();
+  PacketReader packets{bytes_};
+  for (;;) {
+    const std::size_t begin = packets.at();
+    const auto packet = packets.next();
+    const auto at = [&] {
+      return " at byte " + std::to_string(begin) + " of " + std::to_string(bytes_.size());
+    };
+    if (!packet) return packet.error() + at();
+    if (!*packet) return "cut off," + at();
+    const std::int64_t time_ns = (*packet)->utc_ns - header_.clock_origin_ns;
+    if ((*packet)->interface == kNotes && (*packet)->bytes == kEnd) return {};
+    const auto record =
+        (*packet)->interface == kNotes ? read_note((*packet)->bytes, time_ns) : read_wire(**packet, time_ns);
+    if (record) take(*record);
   }
 }
 

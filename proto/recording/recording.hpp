@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <expected>
 #include <functional>
@@ -8,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/recording/pcapng.hpp"
 #include "proto/recording/record.hpp"
 
 namespace truepose::recording {
@@ -29,9 +31,10 @@ struct Model {
 struct Header {
   std::string product;  ///< version of truepose
   std::string cell;
-  std::string date;          ///< UTC, when it was written
-  std::int64_t time_ns = 0;  ///< and then on the clock of the records
-  std::string reason;        ///< a fault's text
+  std::string date;                  ///< UTC, when it was written
+  std::int64_t time_ns = 0;          ///< and then on the clock of the records
+  std::int64_t clock_origin_ns = 0;  ///< UTC of that clock's 0, ns since 1970
+  std::string reason;                ///< a fault's text
   Device robot, tracker;
   std::string ethernet_xml;                   ///< the RSI configuration in force, as text
   std::string nominal_yaml;                   ///< the nominal arm, as a model file
@@ -53,12 +56,43 @@ struct Commands {
 std::string text(const Commands& commands);
 std::expected<Commands, std::string> read_commands(std::string_view text);
 
-// A recording (version 2; 1 is read as well) is a file of blocks, each with its size and its checksum: the
-// header as JSON, blocks of records, and an empty one at its end.
+// A recording is a pcapng file. RSI, EKI and tracker are interfaces with the packets of UDP and TCP that
+// carried their bytes. The interface "daemon" has the header in JSON, and texts "WIRE KIND BYTES" of all
+// else.
 
-std::string first_block(const Header& header);
-std::string block(std::string_view records);
-std::string last_block();
+/// The beginning of a file.
+std::string head(const Header& header);
+/// Its end.
+std::string tail();
+
+/// Makes packets of records, with the sequence numbers of each TCP connection.
+class RecordWriter {
+ public:
+  /// @param rsi  the address at which the stream listens
+  RecordWriter(const Endpoint& rsi, std::int64_t clock_origin_ns)
+      : rsi_{rsi}, clock_origin_ns_{clock_origin_ns} {}
+
+  /// Blocks of pcapng; valid until the next call.
+  std::string_view blocks(const Record& record);
+
+ private:
+  struct Connection {
+    Endpoint local, remote;
+    std::uint32_t sent = 0, received = 0;  ///< next sequence numbers
+  };
+
+  void datagram(const Record& record);
+  void connected(const Record& record);
+  void segments(const Record& record, Direction direction);
+  void segment(const Record& record, Direction direction, std::uint8_t flags, std::string_view payload = {});
+  void note(const Record& record);
+  void packet(const Record& record, Direction direction, std::string_view bytes);
+
+  Endpoint rsi_;
+  std::int64_t clock_origin_ns_;
+  std::array<Connection, kWires.size()> connections_;
+  std::string blocks_;
+};
 
 /// A recording that was read. A file that was cut off, or damaged, is read up to there.
 class Recording {
@@ -75,7 +109,6 @@ class Recording {
 
  private:
   std::string bytes_;
-  std::size_t begin_ = 0;  // of the first block of records
   Header header_;
 };
 

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "core/math/random.hpp"
-#include "daemon/recorder/made_driver.hpp"
 #include "drivers/kuka/eki_robot.hpp"
+#include "drivers/leica/emscon_tracker.hpp"
 #include "tests/daemon/cell_fixture.hpp"
 #include "tests/daemon/wired_devices.hpp"
 #include "tests/trials.hpp"
@@ -39,11 +39,12 @@ struct AbortedCampaignTest : CellTest {
                                     .motion_port = WiredController::kMotion,
                                     .state_port = WiredController::kState,
                                     .stream = network.streams()}};
-  std::unique_ptr<drivers::TimedTracker> real_tracker = make_tracker(
-      MadeTracker{.host = "tracker", .port = WiredTracker::kPort, .reflector = "CCR-1.5in", .measure = 2s},
-      {.executor = io.get_executor(), .clock = clock, .stream = network.streams()});
-  DaemonCell wired{{io.get_executor(), config, real_robot, *real_tracker, clock, *stream, *store,
-                    store_thread, compute_thread, events, recorder, recorder_thread, wall_clock}};
+  drivers::EmsconTracker real_tracker{
+      io.get_executor(),
+      clock,
+      {.host = "tracker", .port = WiredTracker::kPort, .stream = network.streams()}};
+  DaemonCell wired{{io.get_executor(), config, real_robot, real_tracker, clock, *stream, *store, store_thread,
+                    compute_thread, events, recorder, recorder_thread, wall_clock}};
 };
 
 // From every phase and at every await: from before the devices are connected to behind the last pose.

@@ -1,10 +1,8 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "proto/recording/block.hpp"
 #include "proto/recording/recording.hpp"
 
 namespace truepose::daemon {
@@ -16,16 +14,10 @@ inline std::vector<recording::Record> records_of(const recording::Recording& rec
 }
 
 inline std::string bytes_of(const recording::Header& header, const std::vector<recording::Record>& records) {
-  recording::BlockWriter block;
-  std::string bytes = recording::first_block(header);
-  for (const recording::Record& record : records) {
-    if (block.append(record)) continue;
-    bytes += recording::block(block.bytes());
-    block.clear();
-    block.append(record);
-  }
-  if (!block.empty()) bytes += recording::block(block.bytes());
-  return bytes + recording::last_block();
+  recording::RecordWriter writer{{}, header.clock_origin_ns};
+  std::string bytes = recording::head(header);
+  for (const recording::Record& record : records) bytes += writer.blocks(record);
+  return bytes + recording::tail();
 }
 
 inline recording::Recording recording_of(const recording::Header& header,

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Plants one bug after another and sees whether a test finds it: into the stream, that of random histories; into the drivers of robot
-and tracker, that of campaigns whose wires are disturbed, and that which has them do again what tests/recordings say.
+and tracker, those of the drivers and of campaigns whose wires are disturbed.
 
     tests/daemon/planted_bugs.py [HISTORIES]      1000 unless said otherwise; needs build/release, whole
 
@@ -89,7 +89,7 @@ WIRE_BUGS = {
 DRIVER_BUGS = {
     "as they are": [],
     "a motion that is ordered again has a new number": [
-        (ROBOT, "memory_.unfinished && same_order(command, *memory_.unfinished) ? memory_.unfinished->id : next_id();", "next_id();"),
+        (ROBOT, "unfinished_ && same_order(command, *unfinished_) ? unfinished_->id : next_id();", "next_id();"),
     ],
     "a stop is not released by whoever connects": [
         (ROBOT, "return open(eki::ControlOp::ReleaseStop, deadline);", "return open(eki::ControlOp::AskState, deadline);"),
@@ -130,7 +130,7 @@ DRIVER_BUGS = {
 # A test program, which of its tests, and what they are to find.
 LINKED = [
     ("daemon_test", "*DisturbedWire*", WIRE_BUGS),
-    ("daemon_stream_test", "*GivesEveryMisbehaviour*", DRIVER_BUGS),
+    ("drivers_test", "*", DRIVER_BUGS),
 ]
 OF_THE_STREAM = sorted(file.stem for file in (TREE / "daemon/realtime").glob("*.cpp"))
 OF_THE_TEST = ["stream_history_test", "waiting_peer_test", "stream_cell", "robot_program", "plant"]
@@ -177,7 +177,7 @@ def with_sources(folder, test, changed):
         objects.append(folder / (source.replace("/", "_") + ".o"))
         subprocess.run(["g++", *FLAGS, f"-I{TREE}", "-c", folder / source, "-o", objects[-1]], cwd=folder, check=True)
     planted = " ".join(map(str, objects)) + " -Wl,--allow-multiple-definition "
-    command = command.replace(f"-o tests/{test}", f"-o {folder}/test").replace(" tests/daemon/CMakeFiles", f" {planted} tests/daemon/CMakeFiles", 1)
+    command = command.replace(f"-o tests/{test}", f"-o {folder}/test").replace(" tests/", f" {planted} tests/", 1)
     subprocess.run(command, cwd=BUILD, shell=True, check=True)
 
 

@@ -67,7 +67,7 @@ TEST(ARecordedStream, IsRecordedByteByByteWithItsPeerAndWhatItWasTold) {
   const auto received = records_of(recording, Kind::Received), sent = records_of(recording, Kind::Sent);
   ASSERT_EQ(received.size(), 6U);
   EXPECT_EQ(received[4].bytes, datagram);
-  EXPECT_EQ(received[4].peer, (recording::Peer{0x7f000001, 40'000}));
+  EXPECT_EQ(received[4].peer, (recording::Endpoint{0x7f000001, 40'000}));
   EXPECT_EQ(sent[4].bytes, reply);
   EXPECT_NE(reply, "");
 }
@@ -94,11 +94,11 @@ TEST(ARecordedStream, KeepsTenDatagramsOfStrangersASecond) {
 TEST(ARecorder, KeepsWhatEveryWireTells) {
   RecordedLife life;
   const drivers::WireTap link = life.recorder.tap(Wire::EkiLink), tracker = life.recorder.tap(Wire::Tracker);
-  link(Kind::Connected, "CellLink at 127.0.0.1:54600");
+  link(Kind::Connected, "192.168.0.2:40000 192.168.0.10:54600");
   tracker(Kind::Received, std::string_view{"\0\1", 2});
   link(Kind::Closed, {});
   const auto recording = life.saved();
-  EXPECT_THAT(texts_of(recording, Kind::Connected), ElementsAre("CellLink at 127.0.0.1:54600"));
+  EXPECT_THAT(texts_of(recording, Kind::Connected), ElementsAre("192.168.0.2:40000 192.168.0.10:54600"));
   const auto received = records_of(recording, Kind::Received);
   ASSERT_EQ(received.size(), 1U);
   EXPECT_EQ(received[0].wire, Wire::Tracker);

@@ -104,8 +104,8 @@ TEST_F(ARecordedCellService, KeepsTheRecordingJustMadeWhenTheClockWasSetBackAndR
 TEST_F(ARecordedCellService, HandsOutNothingThatALinkLeadsTo) {
   const std::string name{call("recording.save")->at("name").as_string()};
   const std::filesystem::path secret = folder.write("secret", "of another"), at = config.recording.folder;
-  std::filesystem::create_symlink(secret, at / "2026-11-28T10-00-00.000Z_9.recording");
-  EXPECT_THAT(refused("recording.get", {{"name", "2026-11-28T10-00-00.000Z_9.recording"}}),
+  std::filesystem::create_symlink(secret, at / "2026-11-28T10-00-00.000Z_9.pcapng");
+  EXPECT_THAT(refused("recording.get", {{"name", "2026-11-28T10-00-00.000Z_9.pcapng"}}),
               HasSubstr("no such recording"));
   EXPECT_EQ(call("recording.list")->at("recordings").as_array().size(), 1U);
   std::filesystem::remove(at / name);
@@ -164,7 +164,7 @@ void gather_recordings(const json::value& value, std::set<std::string>& names) {
     for (const auto& member : *object) gather_recordings(member.value(), names);
   } else if (const auto* const array = value.if_array()) {
     for (const json::value& each : *array) gather_recordings(each, names);
-  } else if (value.is_string() && value.get_string().ends_with(".recording")) {
+  } else if (value.is_string() && value.get_string().ends_with(".pcapng")) {
     names.insert(std::filesystem::path{std::string{value.get_string()}}.filename());
   }
 }

@@ -55,7 +55,7 @@ class LineClient {
 /// Whether a text is a name that the daemon gives: a UUID, the number of a job, the name of a recording.
 bool is_given_name(std::string_view text) {
   const bool digits = text.find_first_not_of("0123456789abcdef-") == std::string_view::npos;
-  return (digits && (text.size() == 36 || text.size() == 16)) || text.ends_with(".recording");
+  return (digits && (text.size() == 36 || text.size() == 16)) || text.ends_with(".pcapng");
 }
 
 class Examples : public testing::Test {
