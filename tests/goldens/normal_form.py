@@ -1,13 +1,14 @@
 """The normal form in which outputs are frozen, and the comparison of two outputs in that form.
 
-Tolerance: a number may differ by 1e-6 of its size, by 1e-9, or by one unit of its last printed digit.
-The kernels choose AVX-512, AVX2 or SSE2 by the processor. Their sums differ in the last bits, and iterations amplify that.
+Tolerance: a number may differ by 1e-5 of its size, by 1e-9, or by one unit of its last printed digit.
+The kernels choose AVX-512, AVX2 or SSE2 by the processor, and so does the C library. Their sums differ in the last bits.
+Iterations amplify that: between AVX-512 and SSE2 the bound of `truepose plan` differs by 3e-6, all other outputs by less than 1e-6.
 """
 import difflib
 import json
 import re
 
-RELATIVE, ABSOLUTE = 1e-6, 1e-9
+RELATIVE, ABSOLUTE = 1e-5, 1e-9
 HEAD, TAIL, MOST_LINES = 80, 20, 260
 
 # What differs between runs or machines. The gap of the rank has a rounding error as its divisor.
