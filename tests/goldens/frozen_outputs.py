@@ -109,8 +109,9 @@ def run_session(lines, work, environment, masks):
             for path in files_of(words, work):
                 parts += [f"--- {path.relative_to(work)}", file_text(path, masks)]
             continue
-        done = subprocess.run(["bash", "-c", line], cwd=work, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
-        parts += [f"$ {line}", normal_form.output_text(done.stdout, HIDDEN, masks), normal_form.masked(done.stderr, masks).rstrip("\n"), f"[exit {done.returncode}]"]
+        done = subprocess.run(["bash", "-c", line], cwd=work, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+        parts += [f"$ {line}", normal_form.output_text(done.stdout, HIDDEN, masks), normal_form.masked(done.stderr, masks).rstrip("\n"),
+                  f"[exit {done.returncode}]"]
     return "\n".join(part for part in parts if part) + "\n"
 
 

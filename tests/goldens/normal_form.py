@@ -90,7 +90,7 @@ def output_text(text, hidden=frozenset(), masks=()):
 
 
 def shape(*values, hidden=frozenset()):
-    """The paths of all members of JSON values with their types, one a line. hidden: members that may be absent or of several types."""
+    """The paths of all members of JSON values with their types, one a line. hidden: members whose types depend on the timing."""
     kinds = {bool: "boolean", int: "integer", float: "number", str: "string", type(None): "null"}
     found = {}
 
@@ -98,7 +98,9 @@ def shape(*values, hidden=frozenset()):
         if isinstance(of, dict):
             found.setdefault(path or ".", set()).add("object")
             for name, member in of.items():
-                if name not in hidden:
+                if name in hidden:
+                    found[f"{path}.{name}"] = {"any type"}
+                else:
                     walk(member, f"{path}.{name}")
         elif isinstance(of, list):
             found.setdefault(path or ".", set()).add("array")

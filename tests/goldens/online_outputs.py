@@ -25,12 +25,13 @@ from live_cell import PATIENCE_S, TOKEN, LiveCell  # noqa: E402
 
 UNKNOWN_ID = "00000000-0000-4000-8000-000000000000"
 HOME = [0, -90, 90, 0, 35, 0]
-# Members whose presence or type depends on the machine's timing.
-TIMED = {"ipoc_step", "packet_age_ms", "peer", "eta_s", "waiting", "scheduling", "last_minute", "late_by"}
-# Members whose value depends on it: clocks, durations, counters of the stream.
-HIDDEN = TIMED | {"elapsed_s", "time_s", "uptime_s", "seconds", "bytes", "left_s", "connections", "version", "seq", "next_seq", "rank_gap",
-                   "turnaround_us", "compute_us", "cycles", "answered", "held", "unconfirmed", "duplicate", "clamped", "late", "lost",
-                   "max_step_deg", "correction_deg", "measured_deg"}
+# Members whose value depends on the machine's timing: clocks, durations, counters of the stream.
+HIDDEN = {"elapsed_s", "time_s", "uptime_s", "eta_s", "seconds", "bytes", "left_s", "connections", "version", "seq", "next_seq", "rank_gap", "waiting",
+          "ipoc_step", "packet_age_ms", "peer", "scheduling", "last_minute", "late_by", "turnaround_us", "compute_us", "cycles", "answered", "held",
+          "unconfirmed", "duplicate", "clamped", "damped", "no_solution", "late", "lost", "max_step_deg", "correction_deg", "measured_deg"}
+# Members whose type, or that of their members, depends on it too.
+UNTYPED = {"eta_s", "waiting", "ipoc_step", "packet_age_ms", "peer", "refused", "robot", "scheduling", "last_minute", "late_by", "correction_deg",
+           "measured_deg"}
 # Lines of the log that do not depend on the machine's timing.
 UNTIMED_LOG = re.compile(r"(the campaign|campaign|model|cell|tool)\b")
 
@@ -104,7 +105,7 @@ class Record:
         self.files.setdefault(name, []).extend(texts)
 
     def keep_answer(self, method, title, params, answer, as_shape=False):
-        text = normal_form.shape(answer, hidden=TIMED) if as_shape else normal_form.json_form(answer, HIDDEN, self.masks)
+        text = normal_form.shape(answer, hidden=UNTYPED) if as_shape else normal_form.json_form(answer, HIDDEN, self.masks)
         asked = normal_form.masked(json.dumps(params, ensure_ascii=False), self.masks)
         self.keep(f"rpc/{method}", f"== {title}: {asked}", text)
         self.asked["badly" if "error" in answer else "well"].add(method)
@@ -127,7 +128,7 @@ class Record:
         words = line.split()
         code, out, err = self.cell.truepose(*(word.replace("CELL", str(self.cell.folder)) for word in words), online=online)
         try:
-            out = normal_form.json_form(json.loads(out), HIDDEN, self.masks) if numbers else normal_form.shape(json.loads(out), hidden=TIMED)
+            out = normal_form.json_form(json.loads(out), HIDDEN, self.masks) if numbers else normal_form.shape(json.loads(out), hidden=UNTYPED)
         except ValueError:
             out = normal_form.shortened(normal_form.masked(out, self.masks))
         if not numbers:
@@ -229,25 +230,26 @@ def control(record):
 
 
 def campaigns(record):
-    """One of each kind that runs without an operator. Returns the id of the calibration."""
+    """One of each kind that runs without an operator. Returns their ids."""
     record.well("cell.connect")
     record.well("cell.status", "ready")
     record.badly("cell.connect", "connected")
     first = record.campaign(identify_poses=12, validate_poses=6, remeasure=True, note="frozen")
     ask_about_campaign(record, first)
     record.well("campaign.identify", id=first, non_geometric="auto", residual="auto")
+    ids = {"calibration": first}
     for kind, params in [("targets", {"validate_poses": 2}), ("iso9283", {"cycles": 2}), ("tool", {"number": 3, "poses_per_point": 4})]:
-        campaign = record.campaign(kind=kind, **params)
-        record.well("campaign.get", kind, id=campaign, points_limit=2)
-    record.well("tool.activate", id=campaign)
+        ids[kind] = record.campaign(kind=kind, **params)
+        record.well("campaign.get", kind, id=ids[kind], points_limit=2)
+    record.well("tool.activate", id=ids["tool"])
     record.badly("tool.activate", "of no tool", id=first)
     record.well("tool.list", "one in use")
     record.well("targets.compensate", "with the tool", joints=[HOME], tool=3)
     record.well("tool.deactivate", number=3)
-    checked = record.well("drift.check", poses=2, update=True)["id"]
-    record.well("campaign.get", "drift", id=record.end_of(checked))
+    ids["drift"] = record.end_of(record.well("drift.check", poses=2, update=True)["id"])
+    record.well("campaign.get", "drift", id=ids["drift"])
     record.well("campaign.list", "several", limit=20)
-    return first
+    return ids
 
 
 def pause(record):
@@ -298,6 +300,21 @@ def models(record):
     record.badly("targets.compensate", "beyond reach", poses=[[9000, 0, 1500, 0, 60, 0]])
 
 
+def campaign_files(record, ids):
+    """The files that the command line writes of each kind of campaign, and its texts."""
+    for kind, files in [("calibration", ["--data points.csv", "--document calibration.json"]),
+                        ("targets", ["--joints joints.csv", "--document targets.json"]),
+                        ("iso9283", ["--cycles cycles.csv", "--document iso9283.json"]),
+                        ("tool", ["--data tool.csv", "--frame tool.yaml", "--document tool.json"]), ("drift", ["--document drift.json"])]:
+        record.command(f"campaign show {ids[kind]}")
+        record.command(f"campaign export {ids[kind]} {' '.join(files).replace(' ', ' CELL/').replace('CELL/--', '--')}")
+        for name in (file.split()[1] for file in files):
+            record.keep(f"files/{name}", normal_form.output_text((record.cell.folder / name).read_text(encoding="utf-8"), HIDDEN, record.masks))
+    record.command("drift", numbers=False)
+    record.command("drift --json", numbers=False)
+    record.command("campaign start --identify 12 --validate 6 --no-remeasure --no-activate --watch", numbers=False)
+
+
 def commands(record, campaign):
     """The commands that ask a daemon, in text and as JSON, and those that read its store without it."""
     for line in ["status", "campaign list", f"campaign show {campaign}", "model list", "model show", "tools list", "control show", "recording list",
@@ -306,21 +323,19 @@ def commands(record, campaign):
         record.command(line)
         record.command(f"{line} --json")
     record.command(f"report {campaign} --html CELL/report.html --out-json CELL/report.json")
-    record.command(f"campaign export {campaign} --data CELL/points.csv --document CELL/document.json")
-    for name in ["report.json", "points.csv", "document.json"]:
-        record.keep(f"files/{name}", normal_form.output_text((record.cell.folder / name).read_text(encoding="utf-8"), HIDDEN, record.masks))
     for line in ["stream status", "events --topics model --count 1 --after 0", "audit list --limit 3",
                  "backup --out CELL/copy.sqlite", "recording save --out CELL/copy.recording"]:
         record.command(line, numbers=False)
         record.command(f"{line.replace('copy', 'other')} --json", numbers=False)
-    for line in [f"campaign list --store CELL/copy.sqlite", f"campaign show {campaign} --store CELL/copy.sqlite --json",
+    for line in ["campaign list --store CELL/copy.sqlite", f"campaign show {campaign} --store CELL/copy.sqlite --json",
                  f"report {campaign} --store CELL/copy.sqlite", "replay CELL/copy.recording --wire rsi", "audit verify --cell CELL/cell.yaml"]:
         record.command(line, numbers=line.startswith(("campaign", "report")), online=False)
-    for line in ["dance", "status --wrong", "campaign show none", f"campaign show {UNKNOWN_ID}", "campaign start --targets CELL/none.csv", "campaign start --touch 3",
-                 "campaign abort", "campaign resume", f"campaign export {campaign}", f"report {UNKNOWN_ID}", f"model show {UNKNOWN_ID}", f"model activate {UNKNOWN_ID}",
-                 f"model export {UNKNOWN_ID} --out CELL/none.yaml", f"tools activate {UNKNOWN_ID}", "tools deactivate 7", "stream stop",
-                 "control acquire --lease 600", "recording export none --out CELL/none.recording", "audit acknowledge --name Anna", "events --topics weather",
-                 "call cell.dance", "call cell.status []", "backup --out CELL/none/copy.sqlite"]:
+    for line in ["dance", "status --wrong", "campaign show none", f"campaign show {UNKNOWN_ID}", "campaign start --targets CELL/none.csv",
+                 "campaign start --touch 3", "campaign abort", "campaign resume", f"campaign export {campaign}", f"report {UNKNOWN_ID}",
+                 f"model show {UNKNOWN_ID}", f"model activate {UNKNOWN_ID}", f"model export {UNKNOWN_ID} --out CELL/none.yaml",
+                 f"tools activate {UNKNOWN_ID}", "tools deactivate 7", "stream stop", "control acquire --lease 600",
+                 "recording export none --out CELL/none.recording", "audit acknowledge --name Anna", "events --topics weather", "call cell.dance",
+                 "call cell.status []", "backup --out CELL/none/copy.sqlite"]:
         record.command(line)
 
 
@@ -342,7 +357,8 @@ def files(record):
     """The first bytes of a recording and a backup, and the web port."""
     saved = record.well("recording.save")
     record.well("recording.list")
-    for method, length, params in [("recording.get", 19, {"name": saved["name"]}), ("store.get_backup", 15, {"id": record.well("store.backup")["id"]})]:
+    backup = record.well("store.backup")
+    for method, length, params in [("recording.get", 19, {"name": saved["name"]}), ("store.get_backup", 15, {"id": backup["id"]})]:
         answer = record.client.answer(method, params)
         answer["result"]["data"] = base64.b64decode(answer["result"]["data"])[:length].decode()
         record.keep_answer(method, "well", params, answer)
@@ -377,12 +393,16 @@ def keep_events(record):
     for topic, members in named.items():
         of_topic = [event["data"] for event in events if event["topic"] == topic]
         in_order = [data for data in of_topic if record.paused not in (data.get("id"), data.get("campaign_id"))]
-        kinds = [" ".join(str(data[member]) for member in members if member in data) for data in in_order if data.get("from") != data.get("state")]
+        if topic == "cell":  # a device that is waited for
+            in_order = [data for data in in_order if data["from"] != data["state"]]
+        kinds = [" ".join(str(data[member]) for member in members if data.get(member, "") != "") for data in in_order]
         if topic == "log":
             lines = [f"{data['level']} {data['text']}" for data in of_topic if UNTIMED_LOG.match(data["text"])]
             kinds = sorted({normal_form.masked(line, record.masks) for line in lines})
         kinds = [kind for kind, before in zip(kinds, [None, *kinds]) if kind and kind != before]
-        record.keep(f"events/{topic}", *(normal_form.masked(kind, record.masks) for kind in kinds), "== shape", normal_form.shape(*of_topic, hidden=TIMED))
+        record.keep(f"events/{topic}", *(normal_form.masked(kind, record.masks) for kind in kinds), "== shape", normal_form.shape(*of_topic, hidden=UNTYPED))
+    jobs = [message["params"] for message in record.client.notifications if message["method"] == "job"]
+    record.keep("events/job", normal_form.shape(*jobs, hidden=UNTYPED))
 
 
 def outputs(bin_folder, source):
@@ -395,9 +415,10 @@ def outputs(bin_folder, source):
         refuse_everything(record, schema)
         refuse_without_model(record)
         control(record)
-        first = campaigns(record)
+        ids = campaigns(record)
         models(record)
-        commands(record, first)
+        commands(record, ids["calibration"])
+        campaign_files(record, ids)
         paused_campaign(record)
         stream(record)
         files(record)
