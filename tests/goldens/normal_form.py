@@ -14,7 +14,7 @@ HEAD, TAIL, MOST_LINES = 80, 20, 260
 # What differs between runs or machines. The gap of the rank has a rounding error as its divisor.
 MASKS = [(re.compile(pattern, re.MULTILINE), mask) for pattern, mask in [
     (r"\b[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}\b", "<uuid>"),
-    (r"\b\d{4}-\d\d-\d\dT[\d-]+\.\d+Z_\d+\.recording\b", "<recording>"),
+    (r"\b\d{4}-\d\d-\d\dT[\d-]+\.\d+Z_\d+\.pcapng\b", "<recording>"),
     (r"\b([Cc]ampaign) [0-9a-f]{8}\b(?!-)", r"\1 <id>"),
     (r"\b\d{4}-\d\d-\d\d[T ]\d\d[:-]\d\d(?:[:-]\d\d(?:\.\d+)?)?(?:Z| UTC)?", "<time>"),
     (r"(?<![\w.])[0-9a-f]{64}\b", "<sha256>"),
@@ -27,6 +27,7 @@ MASKS = [(re.compile(pattern, re.MULTILINE), mask) for pattern, mask in [
     (r" *\b[\d.]+ ms$", " <time>"),
     (r"^Gap \| [\d.e+]+", "Gap | <rounding>"),
     (r"\(\d+ kB\)", "(<size>)"),
+    (r"\b(Needs|Excludes):((?: --[\w-]+)+)", lambda found: f"{found[1]}: {' '.join(sorted(found[2].split()))}"),  # of a set of pointers
     (r"\b(truepose[\w-]*|version) \d+\.\d+\.\d+[\w.+-]*", r"\1 <version>"),
 ]]
 

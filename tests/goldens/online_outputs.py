@@ -189,7 +189,7 @@ def refuse_without_model(record):
     for method in ["campaign.resume", "campaign.abort", "campaign.get", "campaign.points", "campaign.export", "campaign.identify", "model.get",
                    "model.export", "model.activate", "tool.activate", "report.get", "report.html", "job.get", "store.get_backup"]:
         record.badly(method, "unknown id", id=UNKNOWN_ID)
-    record.badly("recording.get", "unknown name", name="none.recording")
+    record.badly("recording.get", "unknown name", name="none.pcapng")
     record.badly("tool.deactivate", "unknown number", number=7)
     record.badly("targets.compensate", "no model", joints=[HOME])
     record.badly("targets.compensate", "neither joints nor poses")
@@ -324,17 +324,17 @@ def commands(record, campaign):
         record.command(f"{line} --json")
     record.command(f"report {campaign} --html CELL/report.html --out-json CELL/report.json")
     for line in ["stream status", "events --topics model --count 1 --after 0", "audit list --limit 3",
-                 "backup --out CELL/copy.sqlite", "recording save --out CELL/copy.recording"]:
+                 "backup --out CELL/copy.sqlite", "recording save --out CELL/copy.pcapng"]:
         record.command(line, numbers=False)
         record.command(f"{line.replace('copy', 'other')} --json", numbers=False)
     for line in ["campaign list --store CELL/copy.sqlite", f"campaign show {campaign} --store CELL/copy.sqlite --json",
-                 f"report {campaign} --store CELL/copy.sqlite", "replay CELL/copy.recording --wire rsi", "audit verify --cell CELL/cell.yaml"]:
+                 f"report {campaign} --store CELL/copy.sqlite", "replay CELL/copy.pcapng", "audit verify --cell CELL/cell.yaml"]:
         record.command(line, numbers=line.startswith(("campaign", "report")), online=False)
     for line in ["dance", "status --wrong", "campaign show none", f"campaign show {UNKNOWN_ID}", "campaign start --targets CELL/none.csv",
                  "campaign start --touch 3", "campaign abort", "campaign resume", f"campaign export {campaign}", f"report {UNKNOWN_ID}",
                  f"model show {UNKNOWN_ID}", f"model activate {UNKNOWN_ID}", f"model export {UNKNOWN_ID} --out CELL/none.yaml",
                  f"tools activate {UNKNOWN_ID}", "tools deactivate 7", "stream stop", "control acquire --lease 600",
-                 "recording export none --out CELL/none.recording", "audit acknowledge --name Anna", "events --topics weather", "call cell.dance",
+                 "recording export none --out CELL/none.pcapng", "audit acknowledge --name Anna", "events --topics weather", "call cell.dance",
                  "call cell.status []", "backup --out CELL/none/copy.sqlite"]:
         record.command(line)
 
@@ -358,7 +358,7 @@ def files(record):
     saved = record.well("recording.save")
     record.well("recording.list")
     backup = record.well("store.backup")
-    for method, length, params in [("recording.get", 19, {"name": saved["name"]}), ("store.get_backup", 15, {"id": backup["id"]})]:
+    for method, length, params in [("recording.get", 4, {"name": saved["name"]}), ("store.get_backup", 15, {"id": backup["id"]})]:
         answer = record.client.answer(method, params)
         answer["result"]["data"] = base64.b64decode(answer["result"]["data"])[:length].decode()
         record.keep_answer(method, "well", params, answer)
