@@ -25,6 +25,7 @@
 #include "daemon/web/web_server.hpp"
 #include "drivers/kuka/scheduling.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/rsi/lint_kinds.hpp"
 
 namespace truepose::daemon {
 
@@ -72,18 +73,19 @@ std::vector<CheckFinding> check_stream_address(const config::StreamConfig& strea
   }
   std::vector<CheckFinding> findings;
   const auto warn = [&findings](std::string text) { findings.push_back({Level::Warning, std::move(text)}); };
-  const std::string goes_to = "the controller sends to " + ethernet.address + ":" +
-                              std::to_string(ethernet.port) + " (IP_NUMBER and PORT of " + file + ")";
   const bool same_port = stream.listen.port == 0 || stream.listen.port == ethernet.port;
   const bool same_address = listen->is_unspecified() || *listen == *target;
   if (!same_port || !same_address)
-    warn(goes_to + ", but stream.listen is " + config::text(stream.listen) + ": make them the same");
+    warn(file + ": " +
+         sentences(
+             message<rsi::LintKind::Address>(ethernet.address, ethernet.port, config::text(stream.listen))));
   if (!is_of_this_machine(*listen)) {
     warn("stream.listen: this machine does not have the address " + stream.listen.host +
          " now: the daemon cannot start before its network card has it");
   }
   if (listen->is_unspecified() && !is_of_this_machine(*target))
-    warn(goes_to + ", but this machine does not have that address now");
+    warn("the controller sends to " + ethernet.address + ":" + std::to_string(ethernet.port) +
+         " (IP_NUMBER and PORT of " + file + "), but this machine does not have that address now");
   return findings;
 }
 
@@ -175,8 +177,8 @@ void check_stream(const config::CellConfig& config, std::vector<CheckFinding>& f
   findings.push_back({Level::Good, file + ": the controller sends to " + ethernet->address + ":" +
                                        std::to_string(ethernet->port) + " and takes " +
                                        *ethernet->axis_correction + " as " + ethernet->sentype});
-  for (const std::string& sentence : rsi::lint(*ethernet))
-    findings.push_back({Level::Warning, file + ": " + sentence});
+  for (const Message& found : rsi::lint(*ethernet))
+    findings.push_back({Level::Warning, file + ": " + sentences(found)});
   append(findings, check_stream_address(config.stream, *ethernet));
   append(findings, check_cpu(config.stream.cpu));
   const auto cycle = config.stream.cycle;

@@ -69,8 +69,8 @@ struct ContextDemands {
 Context truepose_context(const ContextDemands& demands);
 
 /// What in this context would keep that ethernet configuration's corrections from the axes, or handle them
-/// otherwise than the daemon takes for granted: one sentence each.
-std::vector<std::string> lint(const Context& context, const EthernetConfig& ethernet,
-                              const ContextDemands& demands);
+/// otherwise than the daemon takes for granted: of lint_kinds.hpp.
+std::vector<Message> lint(const Context& context, const EthernetConfig& ethernet,
+                          const ContextDemands& demands);
 
 }  // namespace truepose::rsi

@@ -5,11 +5,10 @@
 
 #include "core/formatted.hpp"
 #include "proto/rsi/context.hpp"
+#include "proto/rsi/lint_kinds.hpp"
 
 namespace truepose::rsi {
 namespace {
-
-constexpr double kLeastPrecision = 4;
 
 /// Of an object, or what holds where there is none or none is given.
 double number(const ContextObject* object, std::string_view type, std::string_view parameter) {
@@ -22,9 +21,9 @@ class ContextLint {
   ContextLint(const Context& context, const EthernetConfig& ethernet, const ContextDemands& demands)
       : context_{context}, ethernet_{ethernet}, demands_{demands} {}
 
-  std::vector<std::string> findings() {
+  std::vector<Message> findings() {
     link_ = context_.of_type("ETHERNET");
-    if (link_ == nullptr) return {"the context has no ETHERNET object: nothing is exchanged with the PC"};
+    if (link_ == nullptr) return {message<LintKind::NoEthernet>()};
     look_at_link();
     look_for_circles();
     look_at_correction();
@@ -37,24 +36,24 @@ class ContextLint {
   }
 
  private:
-  void say(std::string sentence) { findings_.push_back(std::move(sentence)); }
+  template <LintKind kKind, typename... Values>
+  void say(const std::string& place, const Values&... values) {
+    Message& found = findings_.emplace_back(message<kKind>(values...));
+    if (!place.empty()) found.what = place + ": " + found.what;
+  }
 
   void look_at_link() {
     const auto file = link_->values.find("ConfigFile");
     if (file == link_->values.end() || file->second != demands_.ethernet_file) {
-      say(link_->id + " loads " + (file == link_->values.end() ? "RSIEthernet.xml" : file->second) +
-          ", not " + demands_.ethernet_file + ": give its ConfigFile that name");
+      say<LintKind::ConfigFile>(link_->id, file == link_->values.end() ? "RSIEthernet.xml" : file->second,
+                                demands_.ethernet_file);
     }
     const double precision = number(link_, "ETHERNET", "Precision");
-    if (precision < kLeastPrecision) {
-      say(link_->id + ": Precision " + formatted("%g", precision) + " rounds the axes to " +
-          formatted("%g", std::pow(10, -precision)) + " deg: set it to 4");
-    }
+    if (precision < kLeastPrecision)
+      say<LintKind::Precision>(link_->id, precision, std::pow(10, -precision), kLeastPrecision);
     const double timeout = number(link_, "ETHERNET", "Timeout");
     if (timeout != demands_.timeout_cycles) {
-      say(link_->id + ": Timeout is " + formatted("%g", timeout) + " cycles (" +
-          formatted("%g", timeout * demands_.cycle_ms / 1000) + " s), but stream.timeout_cycles is " +
-          std::to_string(demands_.timeout_cycles) + ": they must be the same");
+      say<LintKind::Timeout>(link_->id, timeout, timeout * demands_.cycle_ms / 1000, demands_.timeout_cycles);
     }
   }
 
@@ -77,11 +76,8 @@ class ContextLint {
   void look_for_circles() {
     for (const auto& [input, from] : link_->inputs) {
       std::set<std::string> seen;
-      if (!depends_on_link(*context_.with_id(from.object), seen)) continue;
-      say(link_->id + ": input " + std::to_string(input) + " comes from " + from.object + ", which " +
-          link_->id +
-          " itself leads: the controller refuses such a circle (\"Circular "
-          "linking\"). Take the wire out");
+      if (depends_on_link(*context_.with_id(from.object), seen))
+        say<LintKind::Circle>(link_->id, input, from.object, link_->id);
     }
   }
 
@@ -96,16 +92,15 @@ class ContextLint {
 
   void look_at_correction() {
     const ContextObject* const first = context_.of_type("AXISCORR");
-    if (first == nullptr) return say("the context has no AXISCORR object: no correction reaches an axis");
+    if (first == nullptr) return say<LintKind::NoAxisCorr>("");
     if (!ethernet_.axis_correction) return;
     for (int axis = 1; axis <= 6; ++axis) {
       const std::string name = "A" + std::to_string(axis), tag = *ethernet_.axis_correction + "." + name;
       const std::vector<const ContextObject*> objects = correcting(axis);
       if (objects.empty()) {
-        say(first->id + ": nothing leads to Corr" + name + ", which " + tag + " is to move");
+        say<LintKind::AxisUnwired>(first->id, name, tag);
       } else if (objects.size() > 1) {
-        say(objects[0]->id + " and " + objects[1]->id + " both correct " + name +
-            ": the corrections may add up. Leave one of them");
+        say<LintKind::AxisTwice>("", objects[0]->id, objects[1]->id, name);
       } else {
         look_at_axis(*objects[0], axis, name, tag);
       }
@@ -117,17 +112,13 @@ class ContextLint {
     const ContextOutput& wire = correction.inputs.at(axis);
     const auto wanted = channel(tag, ethernet_.receive);
     if (!wanted || wire != ContextOutput{link_->id, *wanted}) {
-      say(correction.id + ": Corr" + name + " is led by output " + std::to_string(wire.number) + " of " +
-          wire.object + ", but " + tag + " comes out of output " +
-          (wanted ? std::to_string(*wanted) : "none") + " of " + link_->id);
+      say<LintKind::AxisWire>(correction.id, name, wire.number, wire.object, tag,
+                              wanted ? std::to_string(*wanted) : "none", link_->id);
     }
     const double lower = number(&correction, "AXISCORR", "LowerLim" + name);
     const double upper = number(&correction, "AXISCORR", "UpperLim" + name);
-    if (std::min(-lower, upper) < demands_.max_total_deg) {
-      say(correction.id + " clamps " + name + " without a word to " + formatted("%g", lower) + " .. " +
-          formatted("%g", upper) + " deg, and up to " + formatted("%g", demands_.max_total_deg) +
-          " deg are sent: widen it, or lower stream.max_total_deg");
-    }
+    if (std::min(-lower, upper) < demands_.max_total_deg)
+      say<LintKind::Clamp>(correction.id, name, lower, upper, demands_.max_total_deg);
   }
 
   /// What the daemon sends for an axis of the arm moves no external axis.
@@ -137,8 +128,7 @@ class ContextLint {
       for (const auto& [input, from] : object.inputs) {
         const std::string source = tag_of(from);
         if (!ethernet_.axis_correction || !source.starts_with(*ethernet_.axis_correction + ".")) continue;
-        say(object.id + ": CorrE" + std::to_string(input) + " is led by " + source +
-            ", which is to move an axis of the arm alone. Take the wire out");
+        say<LintKind::ExternalAxis>(object.id, input, source);
       }
     }
   }
@@ -154,10 +144,9 @@ class ContextLint {
     for (int axis = 1; axis <= 6; ++axis) {
       const std::string name = "A" + std::to_string(axis);
       const double ceiling = number(monitor, "AXISCORRMON", "Max" + name);
-      if (ceiling > demands_.max_total_deg) continue;
-      say((monitor == nullptr ? "AXISCORRMON, which is always there," : monitor->id) + " stops RSI at " +
-          formatted("%g", ceiling) + " deg of " + name + ", and up to " +
-          formatted("%g", demands_.max_total_deg) + " deg are sent: set it above");
+      if (ceiling <= demands_.max_total_deg)
+        say<LintKind::Ceiling>(monitor == nullptr ? "AXISCORRMON (default)" : monitor->id, name, ceiling,
+                               demands_.max_total_deg);
     }
   }
 
@@ -172,18 +161,16 @@ class ContextLint {
     for (std::size_t i = 0; i < kSystems.size(); ++i) {
       if (system == static_cast<double>(i)) along = kSystems[i];
     }
-    const auto text = [](const ContextObject* object, std::string_view type, const std::string& name) {
-      return formatted("%g", number(object, type, name));
-    };
     std::string limits;
-    for (const char axis : {'X', 'Y', 'Z'})
-      limits += std::string{axis} + " " + text(correction, "POSCORR", std::string{"LowerLim"} + axis) +
-                " .. " + text(correction, "POSCORR", std::string{"UpperLim"} + axis) + " mm, ";
+    for (const std::string axis : {"X", "Y", "Z"}) {
+      limits += formatted("%s %g .. %g mm, ", axis.c_str(), number(correction, "POSCORR", "LowerLim" + axis),
+                          number(correction, "POSCORR", "UpperLim" + axis));
+    }
+    limits += formatted("%g deg", number(correction, "POSCORR", "MaxRotAngle"));
     const ContextObject* const monitor = context_.of_type("POSCORRMON");
-    say(correction->id + " moves the TCP along " + along + " by what " + sources_of(*correction) +
-        " brings (" + limits + text(correction, "POSCORR", "MaxRotAngle") + " deg; POSCORRMON stops RSI at " +
-        text(monitor, "POSCORRMON", "MaxTrans") + " mm or " + text(monitor, "POSCORRMON", "MaxRotAngle") +
-        " deg): the daemon corrects axes alone (AXISCORR) and sends nothing for it");
+    say<LintKind::PoseCorrection>(correction->id, along, sources_of(*correction), limits,
+                                  number(monitor, "POSCORRMON", "MaxTrans"),
+                                  number(monitor, "POSCORRMON", "MaxRotAngle"));
   }
 
   /// The RECEIVE elements, or objects, that lead to its inputs.
@@ -206,14 +193,11 @@ class ContextLint {
       const auto wire = object.inputs.find(1);
       if (wire == object.inputs.end() || wire->second != ContextOutput{link_->id, *wanted}) continue;
       const int leaves = number_of("STOP", "Mode", kExitMoveCorr);
-      if (number(&object, "STOP", "Mode") != leaves) {
-        say(object.id + ": Mode must be " + std::to_string(leaves) +
-            " (ExitMoveCorr): the Stop bit then leaves RSI_MOVECORR and does "
-            "nothing else");
-      }
+      const double mode = number(&object, "STOP", "Mode");
+      if (mode != leaves) say<LintKind::StopMode>(object.id, mode, leaves);
       return;
     }
-    say("no STOP object is led by " + *ethernet_.stop + ": the PC cannot leave RSI_MOVECORR");
+    say<LintKind::StopMissing>("", *ethernet_.stop);
   }
 
   /// How a production program and the PC understand each other, where the lists have it.
@@ -233,8 +217,7 @@ class ContextLint {
           wire->second == ContextOutput{link_->id, *wanted} && number(&object, "MAP2SEN_PINT", "Index") == 2)
         return;
     }
-    say("no MAP2SEN_PINT object writes " + std::string{kGainTag} +
-        " to $SEN_PINT[2]: TP_BEGIN() would wait for ever");
+    say<LintKind::Gain>("", kGainTag);
   }
 
   struct Setting {
@@ -252,21 +235,20 @@ class ContextLint {
         wire == link_->inputs.end() ? nullptr : context_.with_id(wire->second.object);
     const auto is_set = [&] { return !with || number(from, type, with->parameter) == with->value; };
     if (from != nullptr && from->type == type && is_set()) return;
-    say(link_->id + ": input " + std::to_string(*at) + ", sent as " + std::string{tag} + ", is not led by " +
-        what);
+    say<LintKind::Input>(link_->id, *at, tag, what);
   }
 
   const Context& context_;
   const EthernetConfig& ethernet_;
   const ContextDemands& demands_;
   const ContextObject* link_ = nullptr;
-  std::vector<std::string> findings_;
+  std::vector<Message> findings_;
 };
 
 }  // namespace
 
-std::vector<std::string> lint(const Context& context, const EthernetConfig& ethernet,
-                              const ContextDemands& demands) {
+std::vector<Message> lint(const Context& context, const EthernetConfig& ethernet,
+                          const ContextDemands& demands) {
   return ContextLint{context, ethernet, demands}.findings();
 }
 

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <pugixml.hpp>
 
+#include "proto/rsi/lint_kinds.hpp"
 #include "proto/xml/scanner.hpp"
 
 namespace truepose::rsi {
@@ -178,62 +179,35 @@ std::expected<EthernetConfig, std::string> parse_ethernet_config(std::string_vie
   return config;
 }
 
-std::vector<std::string> lint(const EthernetConfig& config) {
-  std::vector<std::string> warnings;
-  if (config.only_send) {
-    warnings.emplace_back(
-        "ONLYSEND is TRUE: the controller listens to no reply, so nothing can be corrected");
-  }
+std::vector<Message> lint(const EthernetConfig& config) {
+  std::vector<Message> found;
+  if (config.only_send) found.push_back(message<LintKind::OnlySend>());
   const std::vector<std::string> corrections = corrections_of(config.receive, kOfAxes);
   if (corrections.empty()) {
-    warnings.emplace_back(
-        "RECEIVE has no axis correction: it needs an element with A1..A6, all DOUBLE, wired to AXISCORR");
+    found.push_back(message<LintKind::NoCorrection>());
   } else if (corrections.size() > 1) {
-    warnings.push_back("RECEIVE has several elements with A1..A6: " + corrections.front() +
-                       " is taken as the axis correction");
+    found.push_back(message<LintKind::SeveralCorrections>(corrections.front()));
   }
   const std::vector<std::string> of_pose = corrections_of(config.receive, kOfPose);
-  for (const std::string& name : of_pose) {
-    warnings.push_back("RECEIVE has a Cartesian correction, " + name +
-                       ": truepose corrects axes alone and never sends it, so it keeps its start value");
-  }
+  for (const std::string& name : of_pose) found.push_back(message<LintKind::Cartesian>(name));
   for (const Element& element : config.receive) {
     const bool is_of_pose = std::ranges::any_of(
         of_pose, [&](const std::string& name) { return element.tag.starts_with(name + "."); });
     if (is_of_pose) continue;
     const bool corrects = config.axis_correction && element.tag.starts_with(*config.axis_correction + ".A");
-    if (corrects && !element.hold_on) {
-      warnings.push_back(
-          "RECEIVE element " + element.tag +
-          " has HOLDON 0: one lost reply makes an absolute correction jump to zero in one cycle");
-    }
+    if (corrects && !element.hold_on) found.push_back(message<LintKind::HoldOn>(element.tag));
     const bool told = element.tag == config.stop || (config.gain && element.tag == kGainTag);
-    if (!corrects && !told && !element.tag.starts_with("DEF_")) {
-      warnings.push_back("RECEIVE element " + element.tag +
-                         " is never sent by truepose and keeps its start value");
-    }
+    if (!corrects && !told && !element.tag.starts_with("DEF_"))
+      found.push_back(message<LintKind::NeverSent>(element.tag));
   }
-  if (!config.stop) {
-    warnings.emplace_back(
-        "RECEIVE has no BOOL element Stop: a stream can only be ended by an RSI timeout or from the pendant");
-  }
-  if (config.sends("Tech.T1") || find(config.receive, "DEF_Tech.T1")) {
-    warnings.emplace_back("DEF_Tech.T1 is listed: RSI needs technology generator 1 itself, expect RSIBad");
-  }
-  if (!config.sends("ASPos")) {
-    warnings.emplace_back(
-        "SEND has no DEF_ASPos: the commanded axes must be guessed from AIPos less the correction in effect");
-  }
-  if (!config.sends("AIPos")) {
-    warnings.emplace_back("SEND has no DEF_AIPos: whether the arm follows the correction cannot be seen");
-  }
-  if (!config.sends("RIst")) {
-    warnings.emplace_back("SEND has no DEF_RIst: the arm cannot be compared with its nominal kinematics");
-  }
-  if (!config.sends("Delay")) {
-    warnings.emplace_back("SEND has no DEF_Delay: replies that the controller rejects cannot be seen");
-  }
-  return warnings;
+  if (!config.stop) found.push_back(message<LintKind::StopElement>());
+  if (config.sends("Tech.T1") || find(config.receive, "DEF_Tech.T1"))
+    found.push_back(message<LintKind::Generator>());
+  if (!config.sends("ASPos")) found.push_back(message<LintKind::Aspos>());
+  if (!config.sends("AIPos")) found.push_back(message<LintKind::Aipos>());
+  if (!config.sends("RIst")) found.push_back(message<LintKind::Rist>());
+  if (!config.sends("Delay")) found.push_back(message<LintKind::Delay>());
+  return found;
 }
 
 }  // namespace truepose::rsi

@@ -7,6 +7,10 @@
 #include <string_view>
 #include <vector>
 
+namespace truepose {
+struct Message;
+}
+
 namespace truepose::rsi {
 
 enum class ElementType { Bool, String, Long, Double };
@@ -51,7 +55,7 @@ struct EthernetConfig {
 /// Reads the file's text. Error: one sentence that names the element at fault.
 std::expected<EthernetConfig, std::string> parse_ethernet_config(std::string_view xml);
 
-/// What would make this configuration fail or behave badly with absolute axis corrections, one sentence each.
-std::vector<std::string> lint(const EthernetConfig& config);
+/// What would make this configuration fail or behave badly with absolute axis corrections: of lint_kinds.hpp.
+std::vector<Message> lint(const EthernetConfig& config);
 
 }  // namespace truepose::rsi

@@ -120,8 +120,9 @@ TEST_F(CheckTest, WarnsOfWhatTheRsiConfigurationLacks) {
 TEST_F(CheckTest, SaysWhereTheControllerSendsToAndWhereTheDaemonListens) {
   const std::string file = config_.stream.ethernet_xml.string();
   config_.stream.listen.port = 29152;
-  EXPECT_EQ(warnings(), "the controller sends to 127.0.0.1:49152 (IP_NUMBER and PORT of " + file +
-                            "), but stream.listen is 127.0.0.1:29152: make them the same\n");
+  EXPECT_EQ(warnings(), file +
+                            ": the controller sends to 127.0.0.1:49152 (IP_NUMBER and PORT), but "
+                            "stream.listen is 127.0.0.1:29152. Make them the same.\n");
   config_.stream.listen = {"127.0.0.2", 49152};
   EXPECT_THAT(warnings(), HasSubstr("but stream.listen is 127.0.0.2:49152"));
   config_.stream.listen = {"127.0.0.2", 0};

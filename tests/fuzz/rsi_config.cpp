@@ -9,6 +9,7 @@
 #include "core/math/angles.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "proto/rsi/frame_codec.hpp"
+#include "proto/text/message.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace truepose::fuzz {
@@ -46,7 +47,7 @@ void rsi_config(std::string_view input) {
     expect(!config.error().empty(), "a refusal says why");
     return;
   }
-  for (const std::string& warning : rsi::lint(*config)) expect(!warning.empty(), "a warning says what");
+  for (const Message& found : rsi::lint(*config)) expect(!found.what.empty(), "a finding says what");
 
   expect_names_of_the_file(*config);
 

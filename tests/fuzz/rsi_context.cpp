@@ -4,6 +4,7 @@
 #include <string>
 
 #include "proto/rsi/context.hpp"
+#include "proto/text/message.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tools/sim/rsi_flow.hpp"
 
@@ -42,8 +43,8 @@ void execute(const rsi::Context& context) {
 void rsi_context(std::string_view bytes) {
   const auto context = rsi::parse_context(bytes);
   if (!context) return expect(!context.error().empty(), "a refusal says why");
-  for (const std::string& sentence : rsi::lint(*context, ethernet(), {}))
-    expect(!sentence.empty(), "a finding says what");
+  for (const Message& found : rsi::lint(*context, ethernet(), {}))
+    expect(!found.what.empty(), "a finding says what");
   execute(*context);
 }
 

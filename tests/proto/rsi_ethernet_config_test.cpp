@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "proto/rsi/ethernet_config.hpp"
+#include "proto/text/message.hpp"
 
 namespace truepose::rsi {
 namespace {
@@ -65,17 +66,36 @@ TEST(EthernetConfig, AnElementThatLacksAnAxisOrIsNotDoubleIsNoAxisCorrection) {
             std::nullopt);
 }
 
+/// "L_HOLDON What is wrong. What to do."
+std::vector<std::string> said(const std::vector<Message>& found) {
+  std::vector<std::string> lines;
+  for (const Message& one : found) lines.push_back(one.code + " " + sentences(one));
+  return lines;
+}
+
 TEST(EthernetConfig, WarnsOfWhatWouldBreakAbsoluteCorrections) {
   const auto warnings = [](std::string_view from, std::string_view to) {
-    return lint(parsed(replaced(shipped(), from, to)));
+    return said(lint(parsed(replaced(shipped(), from, to))));
   };
-  EXPECT_THAT(warnings(R"(HOLDON="1")", R"(HOLDON="0")"), Contains(HasSubstr("AK.A1 has HOLDON 0")));
-  EXPECT_THAT(warnings("<ONLYSEND>FALSE", "<ONLYSEND>TRUE"), Contains(HasSubstr("ONLYSEND")));
-  EXPECT_THAT(warnings("AK.A3", "AK.C3"), Contains(HasSubstr("no axis correction")));
-  EXPECT_THAT(warnings("DEF_RSol", "DEF_Tech.T1"), Contains(HasSubstr("generator 1")));
-  EXPECT_THAT(warnings("DEF_ASPos", "DEF_ESPos"), Contains(HasSubstr("no DEF_ASPos")));
-  EXPECT_THAT(warnings("DEF_AIPos", "DEF_EIPos"), Contains(HasSubstr("no DEF_AIPos")));
-  EXPECT_THAT(warnings("\"Stop\"", "\"DiO\""), Contains(HasSubstr("no BOOL element Stop")));
+  EXPECT_THAT(warnings(R"(HOLDON="1")", R"(HOLDON="0")"),
+              Contains(HasSubstr("L_HOLDON RECEIVE element AK.A1 has HOLDON 0")));
+  EXPECT_THAT(warnings("<ONLYSEND>FALSE", "<ONLYSEND>TRUE"), Contains(HasSubstr("L_ONLYSEND ONLYSEND")));
+  EXPECT_THAT(warnings("AK.A3", "AK.C3"),
+              Contains(HasSubstr("L_NO_CORRECTION RECEIVE has no axis correction")));
+  EXPECT_THAT(warnings("DEF_RSol", "DEF_Tech.T1"), Contains(HasSubstr("L_GENERATOR DEF_Tech.T1")));
+  EXPECT_THAT(warnings("DEF_ASPos", "DEF_ESPos"), Contains(HasSubstr("L_ASPOS SEND has no DEF_ASPos")));
+  EXPECT_THAT(warnings("DEF_AIPos", "DEF_EIPos"), Contains(HasSubstr("L_AIPOS SEND has no DEF_AIPos")));
+  EXPECT_THAT(warnings("\"Stop\"", "\"DiO\""),
+              Contains(HasSubstr("L_STOP_ELEMENT RECEIVE has no BOOL element Stop")));
+  EXPECT_THAT(warnings("\"Stop\"", "\"DiO\""), Contains(HasSubstr("L_NEVER_SENT RECEIVE element DiO")));
+  EXPECT_THAT(warnings("DEF_RIst", "DEF_RSol2"), Contains(HasSubstr("L_RIST SEND has no DEF_RIst")));
+  EXPECT_THAT(warnings("DEF_Delay", "DEF_Delay2"), Contains(HasSubstr("L_DELAY SEND has no DEF_Delay")));
+  std::string twice;
+  for (int axis = 1; axis <= 6; ++axis)
+    twice += "<ELEMENT TAG=\"BK.A" + std::to_string(axis) + R"(" TYPE="DOUBLE" INDX="1" HOLDON="1"/>)";
+  EXPECT_THAT(
+      warnings("<ELEMENT TAG=\"AK.A1\"", twice + "<ELEMENT TAG=\"AK.A1\""),
+      Contains(HasSubstr("L_SEVERAL_CORRECTIONS RECEIVE has several elements with A1..A6: BK is taken")));
 }
 
 TEST(EthernetConfig, SaysThatACartesianCorrectionIsNeverSent) {
@@ -87,10 +107,11 @@ TEST(EthernetConfig, SaysThatACartesianCorrectionIsNeverSent) {
       "</CONFIG><SEND><ELEMENTS/></SEND><RECEIVE><ELEMENTS>" +
       receive + "</ELEMENTS></RECEIVE></ROOT>");
   ASSERT_TRUE(config) << config.error();
-  EXPECT_THAT(lint(*config),
-              Contains("RECEIVE has a Cartesian correction, RKorr: truepose corrects axes alone and "
-                       "never sends it, so it keeps its start value"));
-  EXPECT_THAT(lint(*config), Not(Contains(HasSubstr("RKorr.X"))));
+  EXPECT_THAT(
+      said(lint(*config)),
+      Contains("L_CARTESIAN RECEIVE has a Cartesian correction, RKorr: truepose corrects axes alone and "
+               "never sends it. Remove it, or keep its start value at 0."));
+  EXPECT_THAT(said(lint(*config)), Not(Contains(HasSubstr("RKorr.X"))));
 }
 
 TEST(EthernetConfig, RefusesWhatItCannotBelieveAndNamesIt) {

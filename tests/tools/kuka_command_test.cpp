@@ -155,9 +155,15 @@ TEST_F(KukaCommand, FindsNothingInWhatItWritesAndEveryFlawInWhatIsChanged) {
   change("192.168.44.77", "192.168.44.78");
   const Finished bad = lint({"truepose_rsi.rsix", "truepose_rsi_ethernet.xml"});
   EXPECT_EQ(bad.exit_code, 1);
-  EXPECT_THAT(bad.out,
-              AllOf(HasSubstr("the controller sends to 192.168.44.77:49200, but stream.listen is"),
-                    HasSubstr("AXISCORR1 clamps A3"), HasSubstr("AXISCORRMON1 stops RSI at 4 deg of A3")));
+  EXPECT_THAT(
+      bad.out,
+      AllOf(HasSubstr("truepose_rsi_ethernet.xml: the controller sends to 192.168.44.77:49200 (IP_NUMBER "
+                      "and PORT), but stream.listen is 192.168.44.78:49200. Make them the same.\n"),
+            HasSubstr("truepose_rsi.rsix: AXISCORR1: A1 is clamped silently to -3 .. 3 deg "
+                      "(stream.max_total_deg: 9 deg). Widen LowerLim and UpperLim of the axes, or lower "
+                      "stream.max_total_deg.\n"),
+            HasSubstr("AXISCORR1: A3 is clamped silently to -3 .. 3 deg (stream.max_total_deg: 9 deg).\n"),
+            HasSubstr("AXISCORRMON1: RSI stops at 4 deg of A3 (stream.max_total_deg: 9 deg).\n")));
 
   const Finished damaged = run_program("truepose", {"kuka", "lint", cell()});
   EXPECT_EQ(damaged.exit_code, 2);

@@ -12,6 +12,7 @@
 #include "config/text_file.hpp"
 #include "core/formatted.hpp"
 #include "proto/rsi/context.hpp"
+#include "proto/rsi/lint_kinds.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 
 namespace truepose::tools {
@@ -209,16 +210,17 @@ Given read_files(const std::vector<std::string>& files) {
   return given;
 }
 
-int tell(const std::string& file, const std::vector<std::string>& findings) {
-  for (const std::string& finding : findings) std::printf("%s: %s\n", file.c_str(), finding.c_str());
+/// @return whether nothing was found
+bool tell(AnswerText& answer, const std::string& file, const std::vector<Message>& findings) {
+  for (const Message& finding : findings) std::printf("%s: %s\n", file.c_str(), answer.add(finding).c_str());
   if (findings.empty()) std::printf("%s: good\n", file.c_str());
-  return static_cast<int>(findings.size());
+  return findings.empty();
 }
 
 int run_lint(const KukaLint& command) {
   Given given = read_files(command.files);
   rsi::ContextDemands demands;
-  std::vector<std::string> of_ethernet;
+  std::vector<Message> of_ethernet;
   if (!command.cell_file.empty()) {
     const config::CellConfig cell = config::load_cell(command.cell_file);
     demands = demands_of(cell);
@@ -228,17 +230,18 @@ int run_lint(const KukaLint& command) {
     }
     if (given.ethernet->address != cell.stream.listen.host ||
         given.ethernet->port != cell.stream.listen.port) {
-      of_ethernet.push_back("the controller sends to " + given.ethernet->address + ":" +
-                            std::to_string(given.ethernet->port) + ", but stream.listen is " +
-                            config::text(cell.stream.listen));
+      of_ethernet.push_back(message<rsi::LintKind::Address>(given.ethernet->address, given.ethernet->port,
+                                                            config::text(cell.stream.listen)));
     }
   }
   if (!given.ethernet) throw bad_usage("give the RSI ethernet configuration too, or --cell, which names it");
   demands.ethernet_file = std::filesystem::path{given.ethernet_file}.filename();
   std::ranges::move(rsi::lint(*given.ethernet), std::back_inserter(of_ethernet));
-  int found = tell(given.ethernet_file, of_ethernet);
-  if (given.context) found += tell(given.context_file, rsi::lint(*given.context, *given.ethernet, demands));
-  return found == 0 ? kDone : kFailed;
+  AnswerText answer;
+  bool good = tell(answer, given.ethernet_file, of_ethernet);
+  if (given.context)
+    good &= tell(answer, given.context_file, rsi::lint(*given.context, *given.ethernet, demands));
+  return good ? kDone : kFailed;
 }
 
 }  // namespace
