@@ -12,6 +12,8 @@ namespace json = boost::json;
 
 namespace {
 
+using Kind = FindingKind;
+
 Level level_of(daemon::CheckFinding::Level level) {
   switch (level) {
     case daemon::CheckFinding::Level::Good:
@@ -28,9 +30,8 @@ Findings check_findings(const std::string& file, const std::vector<daemon::Check
   Findings findings;
   for (const daemon::CheckFinding& one : check) {
     const Level level = level_of(one.level);
-    findings.push_back(
-        {"cell file", level, one.text,
-         level == Level::Ok ? "" : "correct it, and run: trueposed --config " + file + " --check"});
+    findings.push_back(level == Level::Ok ? good("cell file", one.text)
+                                          : finding<Kind::CellFile>("cell file", level, one.text, file));
   }
   return findings;
 }
@@ -45,7 +46,7 @@ Findings fault_findings(const json::value& status) {
     const bool frozen = code == "E_STREAM_FROZEN" && !string_at(status, "/stream/reason").empty();
     if (frozen || text == string_at(status, "/stream/reason")) continue;
     const Level level = string_at(fault, "/severity") == "warning" ? Level::Warning : Level::Fault;
-    findings.push_back(from_sentence(code == "E_TRACKER" ? "tracker" : "daemon", level, text));
+    findings.push_back(from_sentence(code == "E_TRACKER" ? "tracker" : "daemon", level, text, code));
   }
   return findings;
 }
@@ -63,23 +64,22 @@ void suppress_consequences(Findings& findings) {
 
 }  // namespace
 
-Finding from_sentence(std::string area, Level level, const std::string& sentence) {
+Finding from_sentence(std::string area, Level level, const std::string& sentence, std::string code) {
   const std::size_t end = std::max(sentence.rfind(": ") + 1, sentence.rfind("; ") + 1);
-  if (end == 0) return {std::move(area), level, sentence, "run: truepose status"};
-  return {std::move(area), level, sentence.substr(0, end - 1), sentence.substr(end + 1)};
+  Finding found =
+      finding<Kind::Stream>(std::move(area), level, end == 0 ? sentence : sentence.substr(0, end - 1),
+                            end == 0 ? "run: truepose status" : sentence.substr(end + 1));
+  if (!code.empty()) found.message.code = std::move(code);
+  return found;
 }
 
 Findings daemon_findings(const std::string& file, const DaemonObservation& daemon) {
   if (!daemon.unreachable.empty())
-    return {{"daemon", Level::Fault, daemon.unreachable,
-             "start it: systemctl start trueposed@CELL, or trueposed --config " + file}};
-  if (daemon.version != TRUEPOSE_VERSION) {
-    return {{"daemon", Level::Warning,
-             "trueposed runs in version " + daemon.version + ", and this is truepose " TRUEPOSE_VERSION,
-             "restart the daemon: systemctl restart trueposed@CELL"}};
-  }
-  Findings findings{{"daemon", Level::Ok,
-                     "trueposed " + daemon.version + " runs, state " + text_at(daemon.status, "/state"), ""}};
+    return {finding<Kind::Daemon>("daemon", Level::Fault, daemon.unreachable, file)};
+  if (daemon.version != TRUEPOSE_VERSION)
+    return {finding<Kind::Version>("daemon", Level::Warning, daemon.version, TRUEPOSE_VERSION)};
+  Findings findings{
+      good("daemon", "trueposed " + daemon.version + " runs, state " + text_at(daemon.status, "/state"))};
   add(findings, fault_findings(daemon.status));
   return findings;
 }

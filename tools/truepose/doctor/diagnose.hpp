@@ -21,6 +21,7 @@ Findings tracker_findings(const config::CellConfig& cell, const Observations& se
 Findings machine_findings(const config::CellConfig& cell, const Observations& seen);
 
 /// A sentence of the daemon's as a finding: what is behind its last colon or semicolon is what to do.
-Finding from_sentence(std::string area, Level level, const std::string& sentence);
+/// @param code  of the fault that it is of; empty: the stream's
+Finding from_sentence(std::string area, Level level, const std::string& sentence, std::string code = {});
 
 }  // namespace truepose::tools

@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/truepose/doctor/finding_kinds.hpp"
+
 namespace truepose::tools {
 
 enum class Level { Ok, Warning, Fault };
@@ -11,12 +13,21 @@ enum class Level { Ok, Warning, Fault };
 struct Finding {
   std::string area;  ///< "cell file", "daemon", "rsi", "robot", "tracker", "machine"
   Level level = Level::Ok;
-  std::string finding;  ///< one sentence
-  std::string next;     ///< what to do; empty where all is well
+  Message message;  ///< nothing to do where all is well
   /// It may follow from a fault of its area: where one is named, this is not said.
   bool may_follow = false;
 };
 
 using Findings = std::vector<Finding>;
+
+template <FindingKind kKind, typename... Values>
+Finding finding(std::string area, Level level, const Values&... values) {
+  return {std::move(area), level, message<kKind>(values...)};
+}
+
+/// All is well there.
+inline Finding good(std::string area, std::string fact) {
+  return {std::move(area), Level::Ok, {"D_OK", std::move(fact), ""}};
+}
 
 }  // namespace truepose::tools

@@ -14,33 +14,27 @@ namespace {
 constexpr double kMegabyte = 1e6;
 constexpr double kLittle_MB = 1000, kTooLittle_MB = 50;
 
-Finding warning(std::string finding, std::string next) {
-  return {"machine", Level::Warning, std::move(finding), std::move(next)};
-}
-
-constexpr const char* kAsService = "start the daemon as trueposed@CELL.service, which may";
+using Kind = FindingKind;
 
 /// As the kernel tells it of the daemon that runs.
 Finding thread_finding(Level level, const json::value& stream) {
   const std::string policy = string_at(stream, "/scheduling/policy");
-  const std::string runs =
-      "the daemon's real-time thread runs under " + policy + " " + text_at(stream, "/scheduling/priority");
-  if (policy == "SCHED_FIFO") return {"machine", Level::Ok, runs, ""};
-  return {"machine", level, runs, kAsService};
+  const std::string priority = text_at(stream, "/scheduling/priority");
+  if (policy == "SCHED_FIFO")
+    return good("machine", "the daemon's real-time thread runs under " + policy + " " + priority);
+  return finding<Kind::Scheduling>("machine", level, policy, priority);
 }
 
 /// What the unit raises for the daemon, somebody who starts it by hand has to raise himself.
 Findings limit_findings(Level level, const config::StreamConfig& stream, const MachineObservation& machine) {
-  const std::string fifo = "SCHED_FIFO " + std::to_string(stream.priority);
   Findings findings;
   if (!machine.fifo_refused.empty())
-    findings.push_back({"machine", level, "this user gets no " + fifo + ": " + machine.fifo_refused,
-                        std::string{kAsService} + ", or raise the limit rtprio (ulimit -r)"});
+    findings.push_back(finding<Kind::Priority>("machine", level, stream.priority, machine.fifo_refused));
   if (!machine.lock_refused.empty())
-    findings.push_back({"machine", level, "this user may not lock memory: " + machine.lock_refused,
-                        std::string{kAsService} + ", or raise the limit memlock (ulimit -l)"});
+    findings.push_back(finding<Kind::Lock>("machine", level, machine.lock_refused));
   if (findings.empty())
-    findings.push_back({"machine", Level::Ok, fifo + " and locked memory can be had", ""});
+    findings.push_back(
+        good("machine", "SCHED_FIFO " + std::to_string(stream.priority) + " and locked memory can be had"));
   return findings;
 }
 
@@ -54,21 +48,16 @@ Findings realtime_findings(const config::StreamConfig& stream, const Observation
 
 /// What this PC was prepared with.
 Finding kernel_finding(const MachineObservation& machine) {
-  return {"machine", Level::Ok,
-          std::string{"the kernel is "} + (machine.preempt_rt ? "" : "not ") +
-              "PREEMPT_RT; isolated processors: " + (machine.isolated.empty() ? "none" : machine.isolated),
-          ""};
+  return good("machine", std::string{"the kernel is "} + (machine.preempt_rt ? "" : "not ") +
+                             "PREEMPT_RT; isolated processors: " +
+                             (machine.isolated.empty() ? "none" : machine.isolated));
 }
 
 Findings clock_findings(const MachineObservation& machine) {
   Findings findings;
   if (!machine.clocksource.empty() && machine.clocksource != "tsc" && !machine.clocksource.starts_with("kvm"))
-    findings.push_back(warning("the clock of this PC is " + machine.clocksource + ", which is slow to read",
-                               "look why the kernel gave up the tsc: dmesg | grep -i tsc"));
-  if (!machine.clock_synchronised)
-    findings.push_back(
-        warning("the clock of this PC is not synchronised: times in store and log may be wrong",
-                "switch on chrony or systemd-timesyncd"));
+    findings.push_back(finding<Kind::ClockSource>("machine", Level::Warning, machine.clocksource));
+  if (!machine.clock_synchronised) findings.push_back(finding<Kind::Clock>("machine", Level::Warning));
   return findings;
 }
 
@@ -76,8 +65,7 @@ Findings governor_findings(const MachineObservation& machine) {
   Findings findings;
   for (const std::string& governor : machine.governors) {
     if (governor != "performance")
-      findings.push_back(warning("processors run by the governor \"" + governor + "\", which wakes them late",
-                                 "cpupower frequency-set -g performance"));
+      findings.push_back(finding<Kind::Governor>("machine", Level::Warning, governor));
   }
   return findings;
 }
@@ -85,16 +73,16 @@ Findings governor_findings(const MachineObservation& machine) {
 Findings disk_findings(const config::CellConfig& cell, const MachineObservation& machine) {
   if (!machine.store_free_bytes) return {};
   const double free_MB = static_cast<double>(*machine.store_free_bytes) / kMegabyte;
-  const std::string finding = formatted("%.0f MB are free for ", free_MB) + cell.store.string();
-  if (free_MB >= kLittle_MB) return {{"machine", Level::Ok, finding, ""}};
-  return {{"machine", free_MB < kTooLittle_MB ? Level::Fault : Level::Warning, finding,
-           "make room on that disk"}};
+  const std::string store = cell.store.string();
+  if (free_MB >= kLittle_MB) return {good("machine", formatted("%.0f MB are free for ", free_MB) + store)};
+  return {finding<Kind::Disk>("machine", free_MB < kTooLittle_MB ? Level::Fault : Level::Warning, free_MB,
+                              store, kLittle_MB)};
 }
 
 }  // namespace
 
 Findings machine_findings(const config::CellConfig& cell, const Observations& seen) {
-  Findings findings{{"machine", Level::Ok, "its addresses: " + addresses_text(seen.interfaces), ""}};
+  Findings findings{good("machine", "its addresses: " + addresses_text(seen.interfaces))};
   for (const Findings& part :
        {realtime_findings(cell.stream, seen), Findings{kernel_finding(seen.machine)},
         governor_findings(seen.machine), clock_findings(seen.machine), disk_findings(cell, seen.machine)})

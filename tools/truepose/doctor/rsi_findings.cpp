@@ -7,6 +7,7 @@
 #include "core/math/units.hpp"
 #include "daemon/realtime/stream_checks.hpp"
 #include "daemon/realtime/stream_options.hpp"
+#include "proto/rsi/lint_kinds.hpp"
 #include "tools/truepose/doctor/diagnose.hpp"
 #include "tools/truepose/doctor/network.hpp"
 #include "tools/truepose/text.hpp"
@@ -15,7 +16,8 @@ namespace truepose::tools {
 
 namespace {
 
-constexpr int kLeastDecimals = 4;
+using Kind = FindingKind;
+
 constexpr double kLost = 0.01;  // share of the controller's cycles
 // By such a factor two periods differ; of fewer cycles no period is measured.
 constexpr double kOtherPeriod = 2;
@@ -53,30 +55,22 @@ class SenderFindings {
     look_at_limits();
     look_at_losses();
     if (findings_.empty())
-      say(Level::Ok,
-          from_ + " sends good frames every " + formatted("%.2f ms", sender_.cycle_ms().value_or(0)), "");
+      findings_.push_back(
+          good("rsi", from_ + formatted(" sends good frames every %.2f ms", sender_.cycle_ms().value_or(0))));
     return findings_;
   }
 
  private:
-  void say(Level level, std::string finding, std::string next) {
-    findings_.push_back({"rsi", level, std::move(finding), std::move(next)});
-  }
-
-  std::string load_ours() const {
-    return "load " + cell_.stream.ethernet_xml.string() +
-           " on the controller, and start its RSI program again";
+  template <Kind kKind, typename... Values>
+  void say(Level level, const Values&... values) {
+    findings_.push_back(finding<kKind>("rsi", level, values...));
   }
 
   void look_at_address() {
     const auto peer = drivers::ipv4_of(cell_.robot.rsi_peer);
     if (!peer || *peer == sender_.source.address) return;
     is_another_ = true;
-    if (told_by_daemon_) return;
-    say(Level::Fault,
-        "packets come from " + from_ + ", and the controller is expected at " + cell_.robot.rsi_peer +
-            " (robot.rsi_peer): the daemon drops them",
-        "give the controller's address in the RSI network as robot.rsi_peer, or stop that sender");
+    if (!told_by_daemon_) say<Kind::Sender>(Level::Fault, from_, cell_.robot.rsi_peer);
   }
 
   /// Measured by the IPOC, so lost packets do not count; none where too few cycles came.
@@ -103,44 +97,41 @@ class SenderFindings {
     const bool is_slow = measured_ms && shortest_ms > kOtherPeriod * *ipoc_ms;
     const bool is_off = is_slow || (measured_ms && kOtherPeriod * *measured_ms < *ipoc_ms);
     if (*ipoc_ms == configured_ms && !is_off) return;
-    const std::string measured = measured_ms ? formatted("every %.2f ms", *measured_ms) : "";
-    std::string next = formatted("set stream.cycle_ms to %.0f and restart trueposed", *ipoc_ms);
-    if (is_off) {
-      next = formatted("make the sender send every %.0f ms, as its IPOC counts, ", *ipoc_ms) +
-             (*ipoc_ms == configured_ms ? "or correct its IPOC and stream.cycle_ms" : "and " + next);
-    } else if (configured_ms == kFastCycle_ms || configured_ms == kIpoCycle_ms) {
-      next += std::string{", or start RSI with "} + (configured_ms == kFastCycle_ms ? "#IPO_FAST" : "#IPO");
-    }
-    say(Level::Fault,
-        from_ + " sends packets" + (measured.empty() ? "" : " " + measured) + ", its IPOC rises by " +
-            std::to_string(sender_.ipoc_step) + formatted(", and stream.cycle_ms is %.0f", configured_ms),
-        next);
+    const std::string every = measured_ms ? formatted(" every %.2f ms", *measured_ms) : "";
+    const auto say_cycle = [&]<Kind kKind>(const char* or_start = "") {
+      say<kKind>(Level::Fault, from_, every, sender_.ipoc_step, configured_ms, *ipoc_ms, or_start);
+    };
+    if (is_off && *ipoc_ms == configured_ms) return say_cycle.operator()<Kind::CycleOfSender>();
+    if (is_off) return say_cycle.operator()<Kind::CycleAndIpoc>();
+    say_cycle.operator()<Kind::Cycle>(configured_ms == kFastCycle_ms  ? ", or start RSI with #IPO_FAST"
+                                      : configured_ms == kIpoCycle_ms ? ", or start RSI with #IPO"
+                                                                      : "");
   }
 
   void look_at_malformed() {
     if (sender_.malformed == 0) return;
-    say(sender_.frames == 0 ? Level::Fault : Level::Warning,
-        "packets of " + from_ + " cannot be understood (" + std::to_string(sender_.malformed) +
-            " so far): " + sender_.why_malformed,
-        load_ours());
+    say<Kind::Malformed>(sender_.frames == 0 ? Level::Fault : Level::Warning,
+                         cell_.stream.ethernet_xml.string(), from_, sender_.malformed, sender_.why_malformed);
   }
 
   void look_at_names() {
     if (!ethernet_) return;
     const rsi::NameDifference names = compare_names(sender_.elements, *ethernet_);
     if (names == rsi::NameDifference{}) return;
-    std::string finding = from_ + " sends other elements than the ethernet configuration says";
-    if (!names.unknown.empty()) finding += "; not in it: " + listed(names.unknown);
-    if (!names.missing.empty()) finding += "; not sent: " + listed(names.missing);
-    say(names.missing.empty() ? Level::Warning : Level::Fault, finding, load_ours());
+    std::string differing;
+    if (!names.unknown.empty()) differing += "; not in it: " + listed(names.unknown);
+    if (!names.missing.empty()) differing += "; not sent: " + listed(names.missing);
+    say<Kind::Elements>(names.missing.empty() ? Level::Warning : Level::Fault,
+                        cell_.stream.ethernet_xml.string(), from_, differing);
   }
 
   void look_at_decimals() {
-    if (sender_.elements.decimals >= kLeastDecimals) return;
-    say(Level::Warning,
-        from_ + " sends with Precision " + std::to_string(sender_.elements.decimals) +
-            ": the axes are rounded",
-        "set Precision of the ETHERNET object in the RSI context to " + std::to_string(kLeastDecimals));
+    const int decimals = sender_.elements.decimals;
+    if (decimals >= rsi::kLeastPrecision) return;
+    Message rounded = message<rsi::LintKind::Precision>(static_cast<double>(decimals),
+                                                        std::pow(10, -decimals), rsi::kLeastPrecision);
+    rounded.what = from_ + ": " + rounded.what;
+    findings_.push_back({"rsi", Level::Warning, std::move(rounded)});
   }
 
   /// How far the pose of a flange is off for axes and lengths that are rounded, at most.
@@ -154,7 +145,7 @@ class SenderFindings {
 
   /// As the stream will judge it, but for what few decimals do.
   void look_at_arm() {
-    const double rounded_mm = sender_.elements.decimals < kLeastDecimals ? rounding_mm() : 0;
+    const double rounded_mm = sender_.elements.decimals < rsi::kLeastPrecision ? rounding_mm() : 0;
     daemon::ArmCheck check{cell_.robot.model, cell_.stream.cycle,
                            cell_.robot.max_fk_deviation_mm + rounded_mm};
     if (const auto found = check.arm(sender_.frame, 0))
@@ -169,11 +160,8 @@ class SenderFindings {
     for (std::size_t i = 0; i < std::min(axes->size(), joints.size()); ++i) {
       const double q = (*axes)[i];
       if (q >= joints[i].min && q <= joints[i].max) continue;
-      say(Level::Warning,
-          "A" + std::to_string(i + 1) + " is at " + formatted("%.1f deg", q * kDegPerRad) +
-              ", outside the robot file's " + formatted("%.1f to ", joints[i].min * kDegPerRad) +
-              formatted("%.1f deg", joints[i].max * kDegPerRad),
-          "correct robot.file: it is another arm's, or its limits are not the controller's");
+      say<Kind::AxisLimit>(Level::Warning, i + 1, q * kDegPerRad, joints[i].min * kDegPerRad,
+                           joints[i].max * kDegPerRad);
     }
   }
 
@@ -182,8 +170,7 @@ class SenderFindings {
     const auto cycles = static_cast<double>((sender_.ipoc - sender_.ipoc_begin) / sender_.ipoc_step + 1);
     const double lost = 1 - static_cast<double>(sender_.frames) / cycles;
     if (lost < kLost) return;
-    say(Level::Warning, formatted("%.1f %% of the packets of ", 100 * lost) + from_ + " did not arrive",
-        "look at cable, switch and other traffic of the RSI network");
+    say<Kind::Losses>(Level::Warning, 100 * lost, from_);
     findings_.back().may_follow = true;
   }
 
@@ -199,11 +186,8 @@ class SenderFindings {
 // ---- Nothing could come ----
 
 Finding not_bound(const Observations& seen) {
-  const std::string next =
-      seen.rsi.taken
-          ? "end that process; if it is trueposed itself, run truepose doctor as a user whom it lets in"
-          : "this PC has " + addresses_text(seen.interfaces) + ": make stream.listen one of them";
-  return {"rsi", Level::Fault, seen.rsi.not_bound, next};
+  if (seen.rsi.taken) return finding<Kind::PortTaken>("rsi", Level::Fault, seen.rsi.not_bound);
+  return finding<Kind::Listen>("rsi", Level::Fault, seen.rsi.not_bound, addresses_text(seen.interfaces));
 }
 
 // ---- Nothing came ----
@@ -212,25 +196,17 @@ Finding not_bound(const Observations& seen) {
 Finding elsewhere(const config::CellConfig& cell, const SeenStream& stream,
                   const std::vector<std::string>& dropping) {
   const std::string listen = config::text(cell.stream.listen);
-  const std::string sends = text(stream.source) + " sends RSI packets to " + text(stream.target);
+  const std::string source = text(stream.source), target = text(stream.target);
   const bool address = drivers::ipv4_of(cell.stream.listen.host) == stream.target.address ||
                        cell.stream.listen.host == "0.0.0.0";
   if (address && stream.target.port == cell.stream.listen.port) {
-    if (!dropping.empty())
-      return {
-          "rsi", Level::Fault,
-          sends + ", and they do not come through: the firewall of this PC has \"" + dropping.front() + "\"",
-          "let UDP port " + std::to_string(stream.target.port) + " in"};
-    return {
-        "rsi", Level::Fault, sends + ", and they do not come through; no rule of a firewall was found",
-        "look at what drops them: as root, nft list ruleset, and sysctl net.ipv4.conf.all.rp_filter, by which "
-        "Linux drops what comes from a network that it would not answer to"};
+    if (dropping.empty()) return finding<Kind::Dropped>("rsi", Level::Fault, source, target);
+    return finding<Kind::Firewall>("rsi", Level::Fault, source + " sends RSI packets to " + target + ", and ",
+                                   dropping.front(), stream.target.port);
   }
   // Others may be controllers of other cells, whose daemons are down.
   const bool ours = drivers::ipv4_of(cell.robot.rsi_peer) == stream.source.address;
-  return {"rsi", ours ? Level::Fault : Level::Warning, sends + ", but stream.listen is " + listen,
-          "make IP_NUMBER and PORT of the configuration on the controller " + listen + ", or stream.listen " +
-              text(stream.target)};
+  return finding<Kind::Target>("rsi", ours ? Level::Fault : Level::Warning, source, target, listen);
 }
 
 const Interface* interface_of(const std::vector<Interface>& interfaces, std::uint32_t address) {
@@ -243,17 +219,12 @@ Findings card_findings(const config::CellConfig& cell, const std::vector<Interfa
   const auto listen = drivers::ipv4_of(cell.stream.listen.host), peer = drivers::ipv4_of(cell.robot.rsi_peer);
   const Interface* card = listen ? interface_of(interfaces, *listen) : nullptr;
   if (!card) return {};
-  if (!card->up)
-    return {{"rsi", Level::Fault, card->name + ", which has " + cell.stream.listen.host + ", is switched off",
-             "switch it on: ip link set " + card->name + " up"}};
-  if (!card->running)
-    return {{"rsi", Level::Fault, card->name + ", which has " + cell.stream.listen.host + ", has no link",
-             "plug in the cable to the controller's RSI network"}};
+  const std::string& address = cell.stream.listen.host;
+  if (!card->up) return {finding<Kind::CardOff>("rsi", Level::Fault, card->name, address)};
+  if (!card->running) return {finding<Kind::NoLink>("rsi", Level::Fault, card->name, address)};
   if (peer && (*peer & card->mask) != (card->address & card->mask))
-    return {{"rsi", Level::Fault,
-             "robot.rsi_peer " + cell.robot.rsi_peer + " is not in the network of " + card->name + ", " +
-                 network_text(*card),
-             "give controller and PC addresses in one RSI network, which is not the controller's other one"}};
+    return {
+        finding<Kind::Network>("rsi", Level::Fault, cell.robot.rsi_peer, card->name, network_text(*card))};
   return {};
 }
 
@@ -265,19 +236,17 @@ bool controller_answers(const Observations& seen) {
 Finding silence_finding(const config::CellConfig& cell, const Observations& seen) {
   const auto* const cycles = find_at(seen.daemon.status, "/stream/cycles");
   const auto came = cycles && cycles->is_number() ? cycles->to_number<std::uint64_t>() : 0;
-  std::string finding = "no RSI packet " + std::string{came > 0 ? "comes any more to " : "came to "} +
-                        config::text(cell.stream.listen);
-  if (came > 0) finding += " (" + std::to_string(came) + " came)";
+  std::string others;
   if (!seen.rsi.seen && seen.rsi.unclaimed > 0)
-    finding += "; " + std::to_string(seen.rsi.unclaimed) +
-               " UDP packets came to ports without a program: as root, truepose doctor names them";
-  return {"rsi", controller_answers(seen) ? Level::Warning : Level::Fault, finding,
-          "start the program on the controller: it must have come to RSI_ON; where the pendant shows "
-          "RSITimeout it has, and IP_NUMBER or PORT there, or the controller's RSI network, are others",
-          true};
+    others = "; " + std::to_string(seen.rsi.unclaimed) +
+             " UDP packets came to ports without a program: as root, truepose doctor names them";
+  Finding silent = finding<Kind::NoPacket>("rsi", controller_answers(seen) ? Level::Warning : Level::Fault,
+                                           config::text(cell.stream.listen), came, others);
+  silent.may_follow = true;
+  return silent;
 }
 
-bool is_fault(const Finding& finding) { return finding.level == Level::Fault; }
+bool is_fault(const Finding& one) { return one.level == Level::Fault; }
 
 /// Where a cause is found it is said alone: that nothing came follows from it.
 Findings nothing_came(const config::CellConfig& cell, const Observations& seen) {
@@ -288,10 +257,8 @@ Findings nothing_came(const config::CellConfig& cell, const Observations& seen) 
   const bool told_by_daemon = string_at(seen.daemon.status, "/stream/state") == "fault";
   if (told_by_daemon || std::ranges::any_of(findings, is_fault)) return findings;
   findings.insert(findings.begin(), silence_finding(cell, seen));
-  for (const std::string& rule : dropping) {
-    findings.push_back({"rsi", Level::Warning, "the firewall of this PC has \"" + rule + "\"",
-                        "let UDP port " + std::to_string(cell.stream.listen.port) + " in"});
-  }
+  for (const std::string& rule : dropping)
+    findings.push_back(finding<Kind::Firewall>("rsi", Level::Warning, "", rule, cell.stream.listen.port));
   return findings;
 }
 
@@ -312,10 +279,10 @@ Findings rsi_findings(const config::CellConfig& cell, const Observations& seen) 
   const bool told_by_daemon = string_at(seen.daemon.status, "/stream/refused").contains("are dropped");
   Findings findings;
   for (const RsiSender& sender : seen.rsi.senders) {
-    for (Finding& finding : SenderFindings{cell, seen.ethernet, sender, told_by_daemon}.all()) {
+    for (Finding& one : SenderFindings{cell, seen.ethernet, sender, told_by_daemon}.all()) {
       // Of the same packets a daemon that runs names the fault.
-      finding.may_follow |= seen.daemon.unreachable.empty();
-      findings.push_back(std::move(finding));
+      one.may_follow |= seen.daemon.unreachable.empty();
+      findings.push_back(std::move(one));
     }
   }
   return findings;

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <boost/json/array.hpp>
 
 #include "core/formatted.hpp"
@@ -17,19 +16,10 @@ double count_at(const json::value& stream, std::string_view pointer) {
   return found && found->is_number() ? found->to_number<double>() : 0;
 }
 
-/// Why replies were late, and what to do about it.
-struct Cause {
-  const char *pointer, *why, *next;
-};
+using Kind = FindingKind;
+
 // Of the replies of the last minute; one in a thousand is what any network does.
 constexpr double kLateShare = 0.001;
-constexpr std::array kCauses{
-    Cause{"/last_minute/daemon", "by truepose's own fault",
-          "send the log and `truepose status --json` to its makers"},
-    Cause{"/last_minute/machine", "because this PC did not run truepose in time",
-          "give it a processor and its priority: look at the findings about this machine"},
-    Cause{"/last_minute/network", "because of the network or the controller",
-          "look at cable, switch and other traffic of the RSI network"}};
 
 /// "3.2 % of the last minute's 15000"; empty: not worth a word.
 std::string late_share(const json::value& stream, const char* pointer) {
@@ -40,17 +30,16 @@ std::string late_share(const json::value& stream, const char* pointer) {
 
 Findings late_findings(const json::value& stream) {
   Findings findings;
-  const auto say = [&](const std::string& finding, const char* next) {
-    findings.push_back({"rsi", Level::Warning, finding, next, true});
+  const auto add = [&]<Kind kKind>(const char* pointer) {
+    const std::string share = late_share(stream, pointer);
+    if (share.empty()) return;
+    findings.push_back(finding<kKind>("rsi", Level::Warning, share));
+    findings.back().may_follow = true;
   };
-  for (const Cause& cause : kCauses) {
-    if (const std::string share = late_share(stream, cause.pointer); !share.empty())
-      say(std::string{"replies late "} + cause.why + ": " + share, cause.next);
-  }
-  const std::string share = late_share(stream, "/last_minute/late");
-  if (findings.empty() && !share.empty())
-    say("replies that were not with the controller in time (Delay): " + share,
-        "look at the findings about this machine, then at cable and switch of the RSI network");
+  add.operator()<Kind::LateByDaemon>("/last_minute/daemon");
+  add.operator()<Kind::LateByMachine>("/last_minute/machine");
+  add.operator()<Kind::LateByNetwork>("/last_minute/network");
+  if (findings.empty()) add.operator()<Kind::Late>("/last_minute/late");
   return findings;
 }
 
@@ -74,16 +63,19 @@ Findings stream_findings(const config::CellConfig& cell, const json::value& stat
         from_sentence("rsi", is_fault(status, reason) ? Level::Fault : Level::Warning, reason));
   if (const std::string refused = string_at(stream, "/refused"); !refused.empty()) {
     const bool foreign = count_at(stream, "/malformed") == 0;
-    findings.push_back({"rsi", Level::Fault, refused,
-                        foreign ? "give the controller's address as robot.rsi_peer, or stop that sender"
-                                : "load " + cell.stream.ethernet_xml.string() +
-                                      " on the controller, and start its RSI program again"});
+    if (foreign) {
+      findings.push_back(
+          from_sentence("rsi", Level::Fault, refused, std::string{kind_of(Kind::Sender).code}));
+    } else {
+      findings.push_back(
+          finding<Kind::Malformed>("rsi", Level::Fault, cell.stream.ethernet_xml.string(), "", 0, ""));
+      findings.back().message.what = refused;
+    }
   }
   const std::vector<Finding> late = late_findings(stream);
   findings.insert(findings.end(), late.begin(), late.end());
   if (findings.empty() && count_at(stream, "/answered") > 0)
-    findings.push_back(
-        {"rsi", Level::Ok, "the controller's packets are answered: " + text_at(stream, "/answered"), ""});
+    findings.push_back(good("rsi", "the controller's packets are answered: " + text_at(stream, "/answered")));
   return findings;
 }
 

@@ -30,18 +30,18 @@ json::array findings_json(const Findings& findings) {
   for (const Finding& one : findings) {
     all.push_back(json::object{{"area", one.area},
                                {"level", name_of(kLevels, one.level)},
-                               {"finding", one.finding},
-                               {"next", one.next}});
+                               {"code", one.message.code},
+                               {"finding", one.message.what},
+                               {"next", one.message.what_to_do}});
   }
   return all;
 }
 
 std::string findings_text(const Findings& findings) {
   std::vector<Cells> rows;
-  for (const Finding& one : findings) {
-    const std::string next = one.next.empty() ? "" : "; next: " + one.next;
-    rows.push_back({std::string{name_of(kLevels, one.level)}, one.area, one.finding + next});
-  }
+  AnswerText answer;
+  for (const Finding& one : findings)
+    rows.push_back({std::string{name_of(kLevels, one.level)}, one.area, answer.add(one.message)});
   return text_table(rows);
 }
 
@@ -70,7 +70,7 @@ Command doctor_command() {
                          "file with the daemon's token, for HOST:PORT; default: the cell's",
                          {.environment = "TRUEPOSE_TOKEN_FILE", .file = FileUse::Read}),
                   Option("--json", &c.online.json,
-                         "Print one JSON document: a list of {area, level, finding, next}")},
+                         "Print one JSON document: a list of {area, level, code, finding, next}")},
       .run = [command] { return run_doctor(*command); }};
 }
 
