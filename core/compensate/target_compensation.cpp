@@ -13,19 +13,17 @@
 
 namespace truepose {
 
-std::string described(const CompensationFault& fault, const RobotModel& nominal) {
+std::string cause_of(const CompensationFault& fault, const RobotModel& nominal) {
   const Joint& joint = nominal.joints[static_cast<std::size_t>(fault.joint)];
   const double unit = unit_of(joint);
   std::ostringstream text;
   switch (fault.kind) {
     case CompensationFault::Kind::DidNotConverge:
-      text << "the calibrated arm cannot reach it: it is at the end of the arm's reach or in a singularity; "
-              "move it away from there";
+      text << "the calibrated arm cannot reach it: it is at the end of the arm's reach or in a singularity";
       break;
     case CompensationFault::Kind::TooFewJoints:
       text << "the calibrated arm cannot reach it: " << nominal.joint_count()
-           << " joints cannot correct the six degrees of freedom of a pose; correct the position alone "
-              "(--position-only)";
+           << " joints cannot correct the six degrees of freedom of a pose";
       break;
     case CompensationFault::Kind::NotFinite:
       text << "the inverse of the calibrated arm is not finite";
@@ -37,10 +35,29 @@ std::string described(const CompensationFault& fault, const RobotModel& nominal)
     case CompensationFault::Kind::TooFar:
       text << "joint " << fault.joint + 1 << " would have to be corrected by " << std::fixed
            << std::setprecision(1) << fault.too_large / unit << ' ' << unit_name(joint)
-           << ": too near to a singularity; move it away from there";
+           << ": too near to a singularity";
       break;
   }
   return text.str();
+}
+
+std::string way_out(CompensationFault::Kind kind) {
+  switch (kind) {
+    case CompensationFault::Kind::DidNotConverge:
+    case CompensationFault::Kind::TooFar:
+      return "move it away from there";
+    case CompensationFault::Kind::TooFewJoints:
+      return "correct the position alone (--position-only)";
+    case CompensationFault::Kind::NotFinite:
+      return "check the model";
+    case CompensationFault::Kind::BeyondLimit:
+      return "move it away from the limit";
+  }
+  return {};
+}
+
+std::string described(const CompensationFault& fault, const RobotModel& nominal) {
+  return cause_of(fault, nominal) + "; " + way_out(fault.kind);
 }
 
 namespace {

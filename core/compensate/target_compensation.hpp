@@ -22,6 +22,10 @@ struct CompensationFault {
 
 /// "joint 4 would have to go to 352.1 deg, its limits are -350..350"
 /// @param nominal  whose limits they are
+std::string cause_of(const CompensationFault& fault, const RobotModel& nominal);
+/// "move it away from there"
+std::string way_out(CompensationFault::Kind kind);
+/// Both, in one sentence.
 std::string described(const CompensationFault& fault, const RobotModel& nominal);
 
 struct CompensationOptions {

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "proto/krl/hindrance_kinds.hpp"
 #include "proto/text/kuka_names.hpp"
 
 namespace truepose::krl {
@@ -118,7 +119,7 @@ std::expected<Aggregate, Fault> read_aggregate(Tokens tokens, std::size_t& next)
   return aggregate;
 }
 
-std::expected<Position, std::string> position_of(const Aggregate& aggregate, std::size_t file) {
+std::expected<Position, Message> position_of(const Aggregate& aggregate, std::size_t file) {
   const bool of_axes = std::ranges::any_of(kAxisNames, [&](auto name) { return aggregate.find(name); });
   Position position{.spot = {file, aggregate.at},
                     .form = of_axes ? PositionForm::Axes : PositionForm::Cartesian,
@@ -128,18 +129,14 @@ std::expected<Position, std::string> position_of(const Aggregate& aggregate, std
   const auto& names = of_axes ? kAxisNames : kPoseNames;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const Field* field = aggregate.find(names[i]);
-    if (!field)
-      return std::unexpected("component " + std::string(names[i]) +
-                             " is missing: it keeps what the arm has then");
-    if (!field->number)
-      return std::unexpected("component " + std::string(names[i]) + " is not a plain number");
+    if (!field) return std::unexpected(message<HindranceKind::Component>(names[i]));
+    if (!field->number) return std::unexpected(message<HindranceKind::Number>(names[i]));
     position.values[i] = *field->number;
   }
   for (const auto& [name, number] : {std::pair{"S", &position.status}, std::pair{"T", &position.turn}}) {
     const Field* field = aggregate.find(name);
     if (!field) continue;
-    if (!is_bits(field->number))
-      return std::unexpected(std::string("component ") + name + " is not a plain bit pattern");
+    if (!is_bits(field->number)) return std::unexpected(message<HindranceKind::Bits>(name));
     *number = *field->number;
   }
   return position;

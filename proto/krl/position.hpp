@@ -7,14 +7,10 @@
 #include <vector>
 
 #include "proto/krl/lexer.hpp"
+#include "proto/krl/spot.hpp"
+#include "proto/text/message.hpp"
 
 namespace truepose::krl {
-
-/// A place in the texts of a program.
-struct Spot {
-  std::size_t file = 0;  ///< of ProgramText::files
-  std::size_t at = 0;    ///< byte offset
-};
 
 /// A number in a text: its sign and digits are the bytes [begin, end).
 struct Number {
@@ -62,6 +58,6 @@ struct Position {
 };
 
 /// @return the position, or why the aggregate is no whole one
-std::expected<Position, std::string> position_of(const Aggregate& aggregate, std::size_t file);
+std::expected<Position, Message> position_of(const Aggregate& aggregate, std::size_t file);
 
 }  // namespace truepose::krl

@@ -103,6 +103,8 @@ std::optional<std::array<std::optional<Number>, 6>> numbers_of(const Aggregate& 
 /// A cell's home positions, which the controller declares for all programs.
 bool is_home(std::string_view name) { return in_capitals(name).starts_with("XHOME"); }
 
+Hindrance computed_target() { return hindrance<HindranceKind::Computed>("the target is"); }
+
 ProgramFault in(std::size_t file, Fault fault) { return {{file, fault.at}, std::move(fault.what)}; }
 
 class Reader {
@@ -127,7 +129,7 @@ class Reader {
   void add_offset(Spot spot);
   void note_change(const FrameState::InForce& before, Spot spot);
   void add_step(Spot spot, std::optional<std::size_t> point);
-  void leave(Spot spot, std::string_view name, Hindrance hindrance, bool absolute);
+  void leave(Spot spot, std::string_view name, Hindrance why, bool absolute);
   void leave_unused();
   const SourceText& source_of(const Variable& variable) const { return text_.files[variable.declared.file]; }
 
@@ -209,7 +211,7 @@ std::expected<void, Fault> Reader::read_statement(Tokens statement) {
 /// LIN_REL and the like: corrected where the text shows from where the arm comes.
 std::expected<void, Fault> Reader::read_relative(Tokens statement, Spot spot) {
   const auto leave_it = [&] {
-    leave(spot, {}, {std::string(statement[0].text) + " is relative to where the arm stands", {}}, false);
+    leave(spot, {}, hindrance<HindranceKind::Relative>(statement[0].text), false);
     knows_place_ = false;
     return std::expected<void, Fault>{};
   };
@@ -310,7 +312,7 @@ std::expected<void, Fault> Reader::read_motion(Tokens statement, int targets) {
   }
   if (targets == 2 && i < statement.size() && statement[i].is("CA")) {
     const Spot spot{file_, statement[0].at};
-    leave(spot, {}, {"with CA the arc ends at an angle, and at no position of the program", {}}, true);
+    leave(spot, {}, hindrance<HindranceKind::Arc>(), true);
     add_step(spot, std::nullopt);
   }
   frames_.restore(before);
@@ -331,8 +333,7 @@ std::expected<void, Fault> Reader::read_target(Tokens target, Spot spot) {
       add_step(spot, program_.points.size() - 1);
       return {};
     }
-    leave(spot, {}, {next == target.size() ? position.error() : "the target is computed by the program", {}},
-          true);
+    leave(spot, {}, next == target.size() ? Hindrance{position.error()} : computed_target(), true);
   } else if (target.size() == 1 && target[0].kind == TokenKind::Name) {
     read_variable_target(target[0], spot);
     return {};
@@ -348,13 +349,13 @@ std::expected<void, Fault> Reader::read_target(Tokens target, Spot spot) {
 void Reader::read_part_target(Tokens target, Spot spot) {
   const bool is_part = target[0].kind == TokenKind::Name && end_of_variable(target, 0) == target.size();
   if (!is_part) {
-    leave(spot, {}, {"the target is computed by the program", {}}, true);
+    leave(spot, {}, computed_target(), true);
     return add_step(spot, std::nullopt);
   }
   const std::string_view name(target[0].text.data(), target.back().end() - target[0].at);
   if (const auto element = variables_.find_element(target, {text_.files[file_].module, routine_}))
     return go_to(*element, name, spot);
-  leave(spot, name, {"is an element of an array or structure", {}}, true);
+  leave(spot, name, hindrance<HindranceKind::Element>(), true);
   add_step(spot, std::nullopt);
 }
 
@@ -363,13 +364,13 @@ void Reader::read_variable_target(const Token& name, Spot spot) {
   const bool is_system = name.text.starts_with('$');
   const bool is_elsewhere = !index || source_of(variables_.all()[*index]).role == SourceText::Role::Config;
   if (is_system || (is_elsewhere && is_home(name.text))) {
-    leave(spot, name.text,
-          {is_system ? "is a variable of the controller" : "is a home position of the cell", {}}, false);
+    leave(spot, name.text, is_system ? hindrance<HindranceKind::System>() : hindrance<HindranceKind::Home>(),
+          false);
     if (!index) return add_step(spot, std::nullopt);
     return add_step(spot, point_of(*index));
   }
   if (index) return go_to(*index, name.text, spot);
-  leave(spot, name.text, {"is declared in none of the files", {}}, true);
+  leave(spot, name.text, hindrance<HindranceKind::Elsewhere>(), true);
   add_step(spot, std::nullopt);
 }
 
@@ -390,10 +391,9 @@ void Reader::go_to(std::size_t index, std::string_view name, Spot spot) {
   const Variable& variable = variables_.all()[index];
   const auto point = point_of(index);
   if (!point) {
-    leave(spot, name, variable.hindrance.value_or(Hindrance{"gets its value while the program runs", {}}),
-          true);
+    leave(spot, name, variable.hindrance.value_or(hindrance<HindranceKind::Later>()), true);
   } else if (!source_of(variable).is_changeable) {
-    leave(spot, name, {"is declared in $config.dat, for all programs", {}}, true);
+    leave(spot, name, hindrance<HindranceKind::Config>(), true);
   }
   add_step(spot, point);
 }
@@ -409,10 +409,10 @@ void Reader::add_step(Spot spot, std::optional<std::size_t> point) {
   knows_place_ = point.has_value();
 }
 
-void Reader::leave(Spot spot, std::string_view name, Hindrance hindrance, bool absolute) {
+void Reader::leave(Spot spot, std::string_view name, Hindrance why, bool absolute) {
   const std::string key = std::to_string(file_) + ":" + std::to_string(routine_) + in_capitals(name);
   if (!name.empty() && !left_names_.insert(key).second) return;
-  program_.left.push_back({spot, std::string(name), std::move(hindrance.why), hindrance.because, absolute});
+  program_.left.push_back({spot, std::string(name), std::move(why), absolute});
 }
 
 void Reader::leave_unused() {
@@ -422,7 +422,7 @@ void Reader::leave_unused() {
     if (variable.is_element || source_of(variable).role == SourceText::Role::Config) continue;
     if (!std::holds_alternative<Position>(variable.value)) continue;
     program_.left.push_back(
-        {variable.declared, std::string(variable.name), "no motion goes to it", {}, false});
+        {variable.declared, std::string(variable.name), hindrance<HindranceKind::Unused>(), false});
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/krl/hindrance_kinds.hpp"
 #include "proto/krl/position.hpp"
 
 namespace truepose::krl {
@@ -91,9 +92,8 @@ struct Step {
 struct LeftAlone {
   Spot spot;
   std::string name;  ///< of the variable; empty where there is none
-  std::string why;
-  std::optional<Spot> because;  ///< the statement that is the reason
-  bool absolute = false;        ///< the arm goes to a fixed place there, which stays uncorrected
+  Hindrance why;
+  bool absolute = false;  ///< the arm goes to a fixed place there, which stays uncorrected
 };
 
 /// Something that the reader of the result should know.

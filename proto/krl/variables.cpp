@@ -26,7 +26,9 @@ std::size_t behind_brackets(Tokens tokens, std::size_t from) {
 /// Routines of the controller that take a position and leave it as it is.
 bool leaves_arguments(const Token& routine) { return is_any_of(routine, {"FORWARD", "INVERSE", "INV_POS"}); }
 
-void hinder(Variable& variable, std::string why, Spot because) {
+using Kind = HindranceKind;
+
+void hinder(Variable& variable, Message why, Spot because) {
   if (!variable.hindrance) variable.hindrance = Hindrance{std::move(why), because};
 }
 
@@ -181,14 +183,14 @@ std::expected<void, Fault> Variables::read_declaration(Tokens statement, const R
 
 std::expected<void, Fault> Variables::give_value(Variable& variable, Tokens value, Spot spot) {
   if (value.empty() || !value[0].is('{')) {
-    hinder(variable, "is computed by the program", spot);
+    hinder(variable, message<Kind::Computed>("is"), spot);
     return {};
   }
   std::size_t next = 0;
   const auto aggregate = read_aggregate(value, next);
   if (!aggregate) return std::unexpected(aggregate.error());
   if (next != value.size()) {
-    hinder(variable, "is computed by the program", spot);
+    hinder(variable, message<Kind::Computed>("is"), spot);
   } else if (variable.type == VariableType::MotionData) {
     variable.value = motion_data_of(*aggregate);
   } else if (auto position = position_of(*aggregate, spot.file)) {
@@ -211,9 +213,9 @@ std::expected<void, Fault> Variables::read_assignment(Tokens statement, const Re
   if (variables_[*index].array) return give_element(*index, statement, end, spot);
   Variable& variable = variables_[*index];
   if (end > 1) {
-    hinder(variable, "is changed by the program", spot);
+    hinder(variable, message<Kind::Changed>("is changed"), spot);
   } else if (!std::holds_alternative<std::monostate>(variable.value)) {
-    hinder(variable, "is given another value by the program", spot);
+    hinder(variable, message<Kind::Changed>("is given another value"), spot);
   } else {
     return give_value(variable, statement.subspan(end + 1), spot);
   }
@@ -226,13 +228,13 @@ std::expected<void, Fault> Variables::give_element(std::size_t array, Tokens ass
   const std::size_t last = behind_brackets(assignment, 1);
   const auto indices = plain_indices(assignment.subspan(1, last - 1));
   if (!indices) {
-    hinder_elements(array, "may be given another value by the program", spot);
+    hinder_elements(array, message<Kind::Changed>("may be given another value"), spot);
     return {};
   }
   const auto [entry, is_new] = elements_.try_emplace({array, *indices}, variables_.size());
   if (!is_new) {
     hinder(variables_[entry->second],
-           last < end ? "is changed by the program" : "is given another value by the program", spot);
+           message<Kind::Changed>(last < end ? "is changed" : "is given another value"), spot);
     return {};
   }
   const Variable whole = variables_[array];
@@ -244,12 +246,12 @@ std::expected<void, Fault> Variables::give_element(std::size_t array, Tokens ass
                                                        .value = {},
                                                        .hindrance = whole.hindrance});
   if (last == end) return give_value(element, assignment.subspan(end + 1), spot);
-  hinder(element, "is changed by the program", spot);
+  hinder(element, message<Kind::Changed>("is changed"), spot);
   return {};
 }
 
 /// All elements of an array, also those that get their value later.
-void Variables::hinder_elements(std::size_t array, const std::string& why, Spot spot) {
+void Variables::hinder_elements(std::size_t array, const Message& why, Spot spot) {
   hinder(variables_[array], why, spot);
   for (auto element = elements_.lower_bound({array, ""});
        element != elements_.end() && element->first.first == array; ++element)
@@ -265,8 +267,7 @@ void Variables::read_chosen_elements(Tokens statement, const Reading& reading) {
     const bool is_of_points =
         index && variables_[*index].array && variables_[*index].type != VariableType::MotionData;
     if (is_of_points && !plain_indices(statement.subspan(i + 1, end - i - 1)))
-      hinder_elements(*index, "is also chosen by an index that the program computes",
-                      {reading.file, statement[i].at});
+      hinder_elements(*index, message<Kind::Index>(), {reading.file, statement[i].at});
   }
 }
 
@@ -308,8 +309,7 @@ void Variables::read_arguments(Tokens statement, const Reading& reading) {
       const auto index = find(token.text, reading.scope);
       // An inline form hands its FDAT to routines of the controller, which leave it as it is.
       if (!index || variables_[*index].type == VariableType::MotionData) continue;
-      hinder(variables_[*index], "is handed to " + std::string(called.text) + ", which may change it",
-             {reading.file, token.at});
+      hinder(variables_[*index], message<Kind::Argument>(called.text), {reading.file, token.at});
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "proto/krl/hindrance_kinds.hpp"
 #include "proto/krl/program.hpp"
 
 namespace truepose::krl {
@@ -16,12 +17,6 @@ namespace truepose::krl {
 struct MotionData {
   std::optional<int> tool, base;  ///< numbers in TOOL_DATA and BASE_DATA
   bool fixed_tool = false;        ///< IPO_FRAME #TCP
-};
-
-/// Why the text does not tell the value of a variable where a motion uses it.
-struct Hindrance {
-  std::string why;
-  std::optional<Spot> because;  ///< the statement that does it
 };
 
 enum class VariableType {
@@ -38,7 +33,7 @@ struct Variable {
   bool array = false;
   bool is_element = false;                                   ///< of an array that is declared too
   std::variant<std::monostate, Position, MotionData> value;  ///< none: none given, or not a whole one
-  std::optional<Hindrance> hindrance;
+  std::optional<Hindrance> hindrance;                        ///< why a motion to it has no value of the text
 };
 
 /// Where a name is used.
@@ -86,7 +81,7 @@ class Variables {
   void read_chosen_elements(Tokens statement, const Reading& reading);
   std::expected<void, Fault> give_value(Variable& variable, Tokens value, Spot spot);
   std::expected<void, Fault> give_element(std::size_t array, Tokens assignment, std::size_t end, Spot spot);
-  void hinder_elements(std::size_t array, const std::string& why, Spot spot);
+  void hinder_elements(std::size_t array, const Message& why, Spot spot);
 
   std::vector<Variable> variables_;
   std::map<std::pair<std::size_t, std::string>, std::size_t> elements_;  // by array and "1" or "2,1"

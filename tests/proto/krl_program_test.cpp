@@ -51,8 +51,9 @@ struct Read {
     const auto line = [&](Spot spot) { return Places(spot.file == 0 ? src : dat).of(spot.at).line; };
     for (const LeftAlone& item : program->left) {
       std::ostringstream text;
-      text << line(item.spot) << " " << item.name << (item.absolute ? "!" : "") << " " << item.why;
-      if (item.because) text << " " << line(*item.because);
+      text << line(item.spot) << " " << item.name << (item.absolute ? "!" : "") << " "
+           << item.why.message.what;
+      if (item.why.because) text << " " << line(*item.why.because);
       result.push_back(text.str());
     }
     return result;
@@ -255,7 +256,8 @@ std::string printed(const Program& program) {
     text << " " << step.spot.at << ":" << step.tool << "," << step.base;
     if (step.point) text << "," << *step.point;
   }
-  for (const LeftAlone& left : program.left) text << " " << left.name << "@" << left.spot.at << left.why;
+  for (const LeftAlone& left : program.left)
+    text << " " << left.name << "@" << left.spot.at << left.why.message.what;
   return text.str();
 }
 
@@ -313,8 +315,8 @@ TEST(KrlCorpus, SurvivesAnyMutationAndTruncation) {
     // Of their exact size on the heap, so that a sanitizer sees the first byte read past an end.
     const std::vector<char> src(given_src.begin(), given_src.end()), dat(given_dat.begin(), given_dat.end()),
         config(given_config.begin(), given_config.end());
-    const ProgramText text = program_text({src.data(), src.size()}, {dat.data(), dat.size()},
-                                          {config.data(), config.size()});
+    const ProgramText text =
+        program_text({src.data(), src.size()}, {dat.data(), dat.size()}, {config.data(), config.size()});
     const auto program = read_program(text, {});
     if (!program) {
       EXPECT_FALSE(program.error().what.empty());

@@ -42,7 +42,7 @@ std::expected<Aggregate, Fault> aggregate_of(const Statement& statement) {
 std::string reason(const std::string& text) {
   const Statement statement(text);
   const auto position = position_of(aggregate_of(statement).value(), 0);
-  return position ? "" : position.error();
+  return position ? "" : position.error().what;
 }
 
 TEST(KrlTokens, AreNamesNumbersTextsAndSymbols) {

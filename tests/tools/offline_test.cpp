@@ -168,8 +168,10 @@ TEST_F(Offline, ATargetBeyondAJointLimitNamesItsRowAndTheJoint) {
   const Finished run = run_program(
       "truepose", {"compensate", "--robot", kRobot, "--model", write_model(nominal_), "--joints", joints});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_EQ(run.err, "truepose: " + joints +
-                         ": row 2: joint 6 would have to go to 351 deg, its limits are -350..350\n");
+  EXPECT_EQ(
+      run.err,
+      "truepose: " + joints +
+          ": row 2: joint 6 would have to go to 351 deg, its limits are -350..350; move it away from the limit\n");
 }
 
 TEST_F(Offline, AModelOfAnotherArmIsRefused) {

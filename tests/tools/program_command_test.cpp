@@ -81,6 +81,9 @@ TEST_F(ProgramCommand, TheDocumentNamesEveryChangeAndWhatWasLeft) {
   EXPECT_EQ(computed.at("file").as_string(), corpus("computed.src"));
   EXPECT_EQ(computed.at("line"), 9);
   EXPECT_EQ(computed.at("because").at("line"), 8);
+  EXPECT_EQ(computed.at("code"), "K_CHANGED");
+  EXPECT_EQ(computed.at("why"), "is changed by the program");
+  EXPECT_TRUE(computed.at("what_to_do").as_string().starts_with("give it one value"));
   EXPECT_EQ(computed.at("absolute"), true);
   EXPECT_EQ(document.at("notes").as_array().size(), 1U);
 }
@@ -99,8 +102,8 @@ TEST_F(ProgramCommand, BadInputIsOneLineThatSaysWhereAndWhatToDo) {
   const std::string src = (folder_.path() / "p.src").string();
   expect_refused(compensate_text(std::string("DEF P()\n  ") + kMotion, {"--out", out("src")}),
                  src +
-                     ":2:7: the tool of this motion is not known; set it before with $TOOL or BAS(#TOOL,n), "
-                     "or give --tool x,y,z,a,b,c");
+                     ":2:7: the program does not set the tool of this motion. Set it before with $TOOL or "
+                     "BAS(#TOOL,n), or give --tool x,y,z,a,b,c with --program.");
   expect_refused(compensate_text("DEF P()\nLIN {X 1,Y 2\n", {"--out", out("src")}),
                  src + ":2:5: a brace that is not closed; close it in the same statement");
   expect_refused(

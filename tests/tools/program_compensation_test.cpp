@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <regex>
+#include <set>
 #include <sstream>
 
 #include "core/arm/forward.hpp"
@@ -56,7 +57,7 @@ struct Corrected {
   std::vector<std::string> left() const {
     std::vector<std::string> result;
     for (const krl::LeftAlone& left : done.left)
-      result.push_back(left.name + (left.absolute ? "! " : " ") + left.why);
+      result.push_back(left.name + (left.absolute ? "! " : " ") + left.why.message.what);
     return result;
   }
 
@@ -217,14 +218,16 @@ TEST(ProgramCompensation, ATargetOfUnknownToolOrBaseIsAFaultThatSaysWhatToGive) 
   const auto fault = [&](const std::string& start) {
     return Corrected("DEF P()\n" + start + lin + "END\n", "").fault;
   };
-  EXPECT_EQ(fault("BAS(#BASE,2)\n"),
-            "the tool of this motion is not known; set it before with $TOOL or BAS(#TOOL,n), or give --tool "
-            "x,y,z,a,b,c");
-  EXPECT_EQ(fault("BAS(#TOOL,1)\n"),
-            "the base of this motion is not known; set it before with $BASE or BAS(#BASE,n), or give --base "
-            "x,y,z,a,b,c");
+  EXPECT_EQ(
+      fault("BAS(#BASE,2)\n"),
+      "the program does not set the tool of this motion. Set it before with $TOOL or BAS(#TOOL,n), or give "
+      "--tool x,y,z,a,b,c with --program.");
+  EXPECT_EQ(
+      fault("BAS(#TOOL,1)\n"),
+      "the program does not set the base of this motion. Set it before with $BASE or BAS(#BASE,n), or give "
+      "--base x,y,z,a,b,c with --program.");
   EXPECT_EQ(fault("BAS(#TOOL,7)\nBAS(#BASE,2)\n"),
-            "TOOL_DATA[7] is not known; give a $config.dat that has it (--config-dat)");
+            "TOOL_DATA[7] is not known. Give a $config.dat that has it (--config-dat).");
   EXPECT_EQ(Corrected("DEF P()\nPTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0}\n", "").fault, "");
 }
 
@@ -241,8 +244,8 @@ TEST(ProgramCompensation, AToolOrBaseThatTheProgramWritesLeavesItsTargetsAloneAn
     const Corrected corrected("DEF P()\n" + std::string(write) + "\nBAS(#TOOL,1)\nBAS(#BASE,2)\n" + lin, "");
     EXPECT_EQ(corrected.after.src, corrected.before.src);
     ASSERT_THAT(corrected.left(), ElementsAre(std::string("! ") + why));
-    ASSERT_TRUE(corrected.done.left[0].because);
-    EXPECT_EQ(corrected.done.left[0].because->at, corrected.before.src.find(write));
+    ASSERT_TRUE(corrected.done.left[0].why.because);
+    EXPECT_EQ(corrected.done.left[0].why.because->at, corrected.before.src.find(write));
   }
 }
 
@@ -333,6 +336,41 @@ TEST(ProgramCompensation, WhatCannotBeDoneWellIsLeftAlone) {
               ElementsAre("! the arm cannot take the position with S 2 and T 63 within its joint limits"));
   EXPECT_THAT(left("{X 1E300,Y 0,Z 0,A 0,B 0,C 0,S 2,T 2}"), ElementsAre(HasSubstr("!")));
   EXPECT_THAT(left("{A1 1E300,A2 0,A3 0,A4 0,A5 0,A6 0}"), ElementsAre(HasSubstr("!")));
+}
+
+TEST(HindranceKinds, AreAllProvoked) {
+  RobotModel far_off = kNominal;
+  far_off.joints[0].theta_rad += 3 * kRadPerDeg;
+  const std::string point = "{X 1500,Y 0,Z 1500,A 0,B 90,C 0,S 2,T 2}", ptp = "PTP " + point + "\n";
+  const std::string given = "DEF P()\nDECL POS P\nDECL POS Q[2]\n$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\n";
+  std::set<std::string> codes;
+  const auto provoke = [&](const std::string& src, const std::string& dat = {},
+                           const RobotModel& real = kReal, bool is_archive = false) {
+    const krl_corpus::Files files{"p", src, dat,
+                                  krl_corpus::bytes("config.dat") + "E6POS GPOINT=" + point + "\n"};
+    const auto inverse = StatusTurnInverse::of(kNominal).value();
+    const auto done = compensate_program(krl::read_program(files.text(), {}).value(), kNominal, inverse, real,
+                                         kExact, {}, is_archive);
+    ASSERT_TRUE(done) << done.error().what << src;
+    for (const krl::LeftAlone& left : done->left) codes.insert(left.why.message.code);
+  };
+  provoke(krl_corpus::bytes("computed.src"), krl_corpus::bytes("computed.dat"));
+  for (const char* motion :
+       {"CIRC {A1 0},{A1 0},CA 90\n", "PTP {X 1,Y 0,Z 0,A 0,B 0,C 0,S 1.5}\n",
+        "PTP {X 1,Y 0,Z 0,A 0,B 0,C I}\n", "PTP P\n", "PTP Q[I]\nQ[1]={X 1,Y 0,Z 0,A 0,B 0,C 0}\nPTP Q[1]\n",
+        "PTP P+1\n", "PTP GPOINT\n",
+        "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $BASE=X\nPTP {X 1,Y 0,Z 0,A 0,B 0,C 0}\n",
+        "PTP {X 1,Y 0,Z 0,A 0,B 0,C 0}\n", "PTP ELSEWHERE\nLIN_REL {X 1}\n",
+        "PTP {A1 355,A2 -90,A3 90,A4 0,A5 30,A6 0}\n"})
+    provoke(given + motion);
+  provoke(given + "PTP " + cartesian(deg({10, -95, 100, 20, 30, 30}), 2, 63) + "\n");
+  provoke(given + "PTP {X 9000,Y 0,Z 0,A 0,B 0,C 0,S 2,T 2}\nLIN_REL {X 1}\n");
+  provoke(given + "PTP " + axes(deg({10, -95, 100, 20, 30, 30})) + "\n", "", far_off);
+  provoke("DEF P()\n" + ptp, "", kReal, true);
+  provoke("DEF P()\nBAS(#TOOL,7)\n" + ptp, "", kReal, true);
+  provoke("DEF P()\nTOOL_DATA[1]={X 1,Y 2,Z 3,A 4,B 5,C 6}\nBAS(#TOOL,1)\nBAS(#BASE,2)\n" + ptp);
+  for (const MessageKind& kind : krl::kHindranceKinds)
+    EXPECT_TRUE(codes.contains(std::string{kind.code})) << kind.code;
 }
 
 TEST(ProgramCompensation, WithoutStatusAndTurnTheTargetBeforeDecides) {

@@ -8,7 +8,6 @@
 
 #include "core/arm/forward.hpp"
 #include "core/arm/pose_inverse.hpp"
-#include "core/formatted.hpp"
 #include "core/identify/tool_frame.hpp"
 #include "core/math/angles.hpp"
 #include "proto/krl/frame_data.hpp"
@@ -79,44 +78,34 @@ JointVector joints_of(const std::array<double, 6>& axes_deg) {
   return q;
 }
 
-std::string too_large(double mm) {
-  if (mm <= kLargestMove_mm) return {};
-  return formatted("the correction would be %.0f mm, which no arm is wrong by", mm);
-}
+using Kind = krl::HindranceKind;
 
-/// Why a frame of a motion is not known, where the operator can help.
-std::optional<std::string> missing(const FrameValue& frame, bool is_tool) {
-  const std::string name = is_tool ? "tool" : "base", capitals = is_tool ? "TOOL" : "BASE";
-  if (frame.state == State::Unset)
-    return "the " + name + " of this motion is not known; set it before with $" + capitals + " or BAS(#" +
-           capitals + ",n), or give --" + name + " x,y,z,a,b,c";
-  if (frame.state == State::NoData)
-    return capitals + "_DATA[" + std::to_string(frame.number) +
-           "] is not known; give a $config.dat that has it (--config-dat)";
-  return std::nullopt;
-}
-
-/// Why a frame of a motion is not known, where nobody can help.
+/// Why a frame of a motion is not known.
 std::optional<krl::Hindrance> uncertain(const FrameValue& frame, bool is_tool) {
-  const std::string number = "_DATA[" + std::to_string(frame.number) + "]";
-  if (frame.state == State::Known) return std::nullopt;
-  if (frame.state == State::Unset)
-    return krl::Hindrance{"the program does not set " + std::string(is_tool ? "the tool" : "the base") +
-                              " of this motion; a program that calls it may",
-                          {}};
-  if (frame.state == State::NoData)
-    return krl::Hindrance{(is_tool ? "TOOL" : "BASE") + number + " is not known: no $config.dat has it", {}};
-  if (frame.state == State::Moving)
-    return krl::Hindrance{"BASE" + number + " is carried by an external axis", {}};
-  if (frame.state == State::Written)
-    return krl::Hindrance{(is_tool ? "TOOL" : "BASE") + number + " is written by the program", frame.set};
-  const std::string name = is_tool ? "the tool" : "the base";
-  if (frame.state == State::Unordered)
-    return krl::Hindrance{
-        name +
-            " may be set otherwise by then, by a called routine, past a GOTO, or by a trigger or interrupt",
-        frame.set};
-  return krl::Hindrance{name + " is computed by the program", {}};
+  const char* const name = is_tool ? "tool" : "base";
+  const char* const capitals = is_tool ? "TOOL" : "BASE";
+  switch (frame.state) {
+    case State::Known:
+      return std::nullopt;
+    case State::Unset:
+      return krl::hindrance<Kind::FrameUnset>(name, capitals);
+    case State::NoData:
+      return krl::hindrance<Kind::FrameData>(capitals, frame.number);
+    case State::Moving:
+      return krl::hindrance<Kind::FrameMoving>(frame.number);
+    case State::Written:
+      return krl::Hindrance{message<Kind::FrameWritten>(capitals, frame.number), frame.set};
+    case State::Unordered:
+      return krl::Hindrance{message<Kind::FrameOrder>(std::string{"the "} + name), frame.set};
+    case State::Computed:
+      break;
+  }
+  return krl::hindrance<Kind::Computed>(std::string{"the "} + name + " is");
+}
+
+/// Without a tool or a base no motion of a program can be corrected; the operator can give it.
+bool can_be_given(const FrameValue& frame) {
+  return frame.state == State::Unset || frame.state == State::NoData;
 }
 
 class Compensator {
@@ -184,9 +173,11 @@ class Compensator {
     const Point& point = program_.points[*step.point];
     const bool is_ours = point.is_changeable;
     if (point.position.form == PositionForm::Cartesian) {
-      const auto tool_missing = missing(tool(step), true), base_missing = missing(base(step), false);
-      if (is_ours && !step.fixed_tool && !is_archive_ && (tool_missing || base_missing))
-        return std::unexpected(krl::ProgramFault{step.spot, tool_missing ? *tool_missing : *base_missing});
+      const bool no_tool = can_be_given(tool(step)), no_base = can_be_given(base(step));
+      if (is_ours && !step.fixed_tool && !is_archive_ && (no_tool || no_base)) {
+        const auto why = no_tool ? uncertain(tool(step), true) : uncertain(base(step), false);
+        return std::unexpected(krl::ProgramFault{step.spot, sentences(why->message)});
+      }
     }
     const auto q = nominal_joints(step, point);
     q_near_ = q ? std::optional(*q) : std::nullopt;
@@ -196,22 +187,26 @@ class Compensator {
 
   std::expected<JointVector, krl::Hindrance> nominal_joints(const Step& step, const Point& point) {
     if (point.position.form == PositionForm::Axes) return joints_of(point.position);
-    if (step.fixed_tool)
-      return std::unexpected(
-          krl::Hindrance{"the arm carries the workpiece (IPO_FRAME #TCP), which is not supported", {}});
-    if (auto why = uncertain(tool(step), true)) return std::unexpected(*why);
-    if (auto why = uncertain(base(step), false)) return std::unexpected(*why);
+    if (const auto why = uncertain_frames(step)) return std::unexpected(*why);
     const krl::Position& position = point.position;
     const auto status = bits(position.status), turn = bits(position.turn);
     if (!(status && turn) && q_near_) note_once(kNearestNote, step.spot);
     if (status && (*status & kAccurateRobotBit)) note_once(kAccurateRobotNote, step.spot);
     auto q = inverse_.solve(flange_of(step, krl::pose_of(position)), status, turn, q_near_);
-    if (!q) return std::unexpected(krl::Hindrance{std::move(q.error()), {}});
-    return std::move(*q);
+    if (q) return std::move(*q);
+    const bool is_undecided = !(status && turn) && !q_near_;
+    return std::unexpected(is_undecided ? krl::hindrance<Kind::Undecided>(q.error())
+                                        : krl::hindrance<Kind::Reach>(q.error()));
   }
 
-  std::expected<Correction, std::string> correction(const Step& step, const Point& point,
-                                                    const JointVector& q) {
+  std::optional<krl::Hindrance> uncertain_frames(const Step& step) const {
+    if (step.fixed_tool) return krl::hindrance<Kind::FixedTool>();
+    const auto why = uncertain(tool(step), true);
+    return why ? why : uncertain(base(step), false);
+  }
+
+  std::expected<Correction, krl::Hindrance> correction(const Step& step, const Point& point,
+                                                       const JointVector& q) {
     const bool of_axes = point.position.form == PositionForm::Axes;
     const Eigen::Isometry3d X = of_axes ? forward_kinematics(nominal_, q) : krl::pose_of(point.position);
     return correction(
@@ -221,20 +216,23 @@ class Compensator {
 
   /// @param X   of the flange in the robot's base where it is of axes, else of the TCP in the base
   /// @param q   the nominal joints there
-  std::expected<Correction, std::string> correction(const Step& step, const Eigen::Isometry3d& X,
-                                                    bool of_axes, const JointVector& q,
-                                                    const StatusTurn& given) {
+  std::expected<Correction, krl::Hindrance> correction(const Step& step, const Eigen::Isometry3d& X,
+                                                       bool of_axes, const JointVector& q,
+                                                       const StatusTurn& given) {
     const bool knows_tcp = tool(step).state == State::Known;
     const Eigen::Vector3d p_F_mm =
         knows_tcp ? Eigen::Vector3d(tool(step).X.translation()) : Eigen::Vector3d(0, 0, 0);
     const auto solved = compensation(step).at_pose(of_axes ? X : wanted_flange(step, X), q, p_F_mm);
-    if (!solved) return std::unexpected(described(solved.error(), nominal_));
+    if (!solved)
+      return std::unexpected(krl::hindrance<Kind::NoCorrection>(cause_of(solved.error(), nominal_),
+                                                                way_out(solved.error().kind)));
 
     const Eigen::Isometry3d X_BF = forward_kinematics(nominal_, solved->q);
     const Eigen::Isometry3d X_new = of_axes ? X_BF : tcp_of(step, X_BF);
     const double rad = angle_between(X.linear(), X_new.linear());
     Correction result{.mm = (X_new.translation() - X.translation()).norm(), .deg = rad * kDegPerRad};
-    if (std::string why = too_large(result.mm); !why.empty()) return std::unexpected(why);
+    if (result.mm > kLargestMove_mm)
+      return std::unexpected(krl::hindrance<Kind::Large>(result.mm, kLargestMove_mm));
 
     result.gives_way = solved->residual_mm > kUnmoved_mm;
     result.is_damped = !result.gives_way && solved->damped && solved->residual_rad > kUnmoved_rad;
@@ -255,18 +253,14 @@ class Compensator {
   std::expected<JointVector, krl::Hindrance> nominal_joints_of_offset(
       const Step& step, const krl::Offset& offset, const std::optional<JointVector>& q_before) {
     const std::optional<JointVector> near = near_of(offset, q_before);
-    if (!near) return std::unexpected(krl::Hindrance{"where the arm comes from is not known", {}});
+    if (!near) return std::unexpected(krl::hindrance<Kind::Start>());
     if (offset.kind == krl::Offset::Kind::Axes)
       return JointVector(*near + joints_of(krl::numbers_of(offset)));
-    if (step.fixed_tool)
-      return std::unexpected(
-          krl::Hindrance{"the arm carries the workpiece (IPO_FRAME #TCP), which is not supported", {}});
-    if (auto why = uncertain(tool(step), true)) return std::unexpected(*why);
-    if (auto why = uncertain(base(step), false)) return std::unexpected(*why);
+    if (const auto why = uncertain_frames(step)) return std::unexpected(*why);
     const auto point = point_pose(offset, false);
     auto q = inverse_.solve(flange_of(step, krl::target_of(offset, tcp(step, *near), point)), std::nullopt,
                             std::nullopt, *near);
-    if (!q) return std::unexpected(krl::Hindrance{std::move(q.error()), {}});
+    if (!q) return std::unexpected(krl::hindrance<Kind::Reach>(q.error()));
     return std::move(*q);
   }
 
@@ -326,13 +320,13 @@ class Compensator {
   std::optional<Place> correct_offset(const Step& step, const krl::Offset& offset,
                                       const std::optional<Place>& from) {
     ++result_.points;
-    const auto leave_it = [&](std::string why, std::optional<Spot> because = {}) -> std::optional<Place> {
+    const auto leave_it = [&](krl::Hindrance why) -> std::optional<Place> {
       const bool is_relative = !offset.point;
-      result_.left.push_back({step.spot, {}, std::move(why), because, !is_relative});
+      result_.left.push_back({step.spot, {}, std::move(why), !is_relative});
       return std::nullopt;
     };
     const auto q = nominal_joints_of_offset(step, offset, from ? std::optional(from->before) : std::nullopt);
-    if (!q) return leave_it(q.error().why, q.error().because);
+    if (!q) return leave_it(q.error());
     const bool of_axes = offset.kind == krl::Offset::Kind::Axes;
     const Eigen::Isometry3d X =
         of_axes ? forward_kinematics(nominal_, *q)
@@ -370,7 +364,7 @@ class Compensator {
     return true;
   }
 
-  void leave(const Step& step, std::string why, std::optional<Spot> because = {}) {
+  void leave(const Step& step, krl::Hindrance why) {
     PointState& state = states_[*step.point];
     state.correction.reset();
     if (state.is_left) return;
@@ -378,10 +372,11 @@ class Compensator {
     const Point& point = program_.points[*step.point];
     // A program that was corrected before does not go to a corrected position any more.
     if (state.first && state.first->spot.file != step.spot.file)
-      result_.left.push_back({state.first->spot, std::string(point.name),
-                              "is used with another tool, base or configuration by another program",
-                              step.spot, true});
-    result_.left.push_back({step.spot, std::string(point.name), std::move(why), because, true});
+      result_.left.push_back({state.first->spot,
+                              std::string(point.name),
+                              {message<Kind::Conflict>("by another program"), step.spot},
+                              true});
+    result_.left.push_back({step.spot, std::string(point.name), std::move(why), true});
   }
 
   void use(const Step& step, const Point& point, const std::expected<JointVector, krl::Hindrance>& q) {
@@ -390,9 +385,9 @@ class Compensator {
     // Other joints for the same numbers: either correction would be wrong at the other motion, and a second
     // point is the programmer's to teach.
     if (state.first && !(q && (state.q - *q).cwiseAbs().maxCoeff() < kSameJoints_rad))
-      return leave(step, "is used before with another tool, base or configuration", state.first->spot);
+      return leave(step, {message<Kind::Conflict>("before"), state.first->spot});
     if (state.first) return;
-    if (!q) return leave(step, q.error().why, q.error().because);
+    if (!q) return leave(step, q.error());
     state.first = &step;
     state.q = *q;
     auto result = correction(step, point, *q);

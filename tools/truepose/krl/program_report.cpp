@@ -26,17 +26,18 @@ std::string named(const PointChange& change, const ProgramPlaces& places) {
   return change.name.empty() ? line : change.name + ", " + line;
 }
 
-std::string described(const krl::LeftAlone& left, const ProgramPlaces& places) {
-  const std::string because = left.because ? " (" + places.line(*left.because) + ")" : "";
+std::string described(const krl::LeftAlone& left, const ProgramPlaces& places, AnswerText& answer) {
+  Message why = left.why.message;
+  if (left.why.because) why.what += " (" + places.line(*left.why.because) + ")";
   const std::string name = left.name.empty() ? "" : left.name + ": ";
-  return fmt::format("  {}: {}{}{}\n", places.line(left.spot), name, left.why, because);
+  return fmt::format("  {}: {}{}\n", places.line(left.spot), name, answer.add(std::move(why)));
 }
 
 std::string section(const char* title, const ProgramCompensation& done, const ProgramPlaces& places,
-                    bool absolute) {
+                    bool absolute, AnswerText& answer) {
   std::string text;
   for (const krl::LeftAlone& left : done.left) {
-    if (left.absolute == absolute) text += described(left, places);
+    if (left.absolute == absolute) text += described(left, places, answer);
   }
   return text.empty() ? text : std::string(title) + ":\n" + text;
 }
@@ -56,8 +57,10 @@ json::object entry(const PointChange& change, const ProgramPlaces& places) {
 json::object entry(const krl::LeftAlone& left, const ProgramPlaces& places) {
   json::object object = placed(left.spot, places);
   object["name"] = left.name;
-  object["why"] = left.why;
-  if (left.because) object["because"] = placed(*left.because, places);
+  object["code"] = left.why.message.code;
+  object["why"] = left.why.message.what;
+  object["what_to_do"] = left.why.message.what_to_do;
+  if (left.why.because) object["because"] = placed(*left.why.because, places);
   object["absolute"] = left.absolute;
   return object;
 }
@@ -101,8 +104,9 @@ std::string program_summary(const std::string& title, const ProgramCompensation&
     text += fmt::format("  largest  {:.3f} mm ({}), {:.4f} deg ({})\n", mm.mm, named(mm, places), deg.deg,
                         named(deg, places));
   }
-  text += section("Left as they are, though the arm goes to a fixed place", done, places, true);
-  text += section("Left as they are", done, places, false);
+  AnswerText answer;
+  text += section("Left as they are, though the arm goes to a fixed place", done, places, true, answer);
+  text += section("Left as they are", done, places, false, answer);
   if (!done.notes.empty()) text += "Note:\n";
   for (const krl::Note& note : done.notes)
     text += fmt::format("  {}: {}\n", places.line(note.spot), note.text);

@@ -32,8 +32,8 @@ std::string program_summary(const std::string& title, const ProgramCompensation&
                             const ProgramPlaces& places);
 
 /// The same as one document: {"points", "changed", "mean_mm", "mean_deg", "largest_mm", "largest_deg",
-/// "changes": [{file, line, name, mm, deg}], "left": [{file, line, name, why, because, absolute}],
-/// "notes": [{file, line, text}]}.
+/// "changes": [{file, line, name, mm, deg}], "left": [{file, line, name, code, why, what_to_do,
+/// because, absolute}], "notes": [{file, line, text}]}.
 boost::json::object program_document(const ProgramCompensation& done, const ProgramPlaces& places);
 
 }  // namespace truepose::tools
