@@ -98,13 +98,13 @@ void Recorder::tell_dropped() {
 std::expected<void, std::string> Recorder::save(recording::Header header, const std::filesystem::path& file) {
   drain();
   header.clock_origin_ns = clock_origin_ns_;
-  return write_recording(recording::head(header), *ring_, file);
+  return write_recording(recording::head(header, ring_->begin_ns().value_or(header.time_ns)), *ring_, file);
 }
 
 std::expected<void, std::string> Recorder::keep_header(recording::Header header,
                                                        const RecordingFolder& folder) const try {
   header.clock_origin_ns = clock_origin_ns_;
-  config::write_text_file(folder.ring_header(), recording::head(header));
+  config::write_text_file(folder.ring_header(), recording::head(header, header.time_ns));
   return {};
 } catch (const config::ConfigError& error) {
   return std::unexpected(error.what());

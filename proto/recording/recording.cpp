@@ -133,14 +133,14 @@ std::expected<Commands, std::string> read_commands(std::string_view text) {
   return commands;
 }
 
-std::string head(const Header& header) {
+std::string head(const Header& header, std::int64_t begin_ns) {
   std::string out = section_block("truepose " + header.product,
                                   "cell " + header.cell + ", " + header.date + ": " + header.reason);
   for (const auto& [name, wire] : kWires)
     out += interface_block(name, wire == Wire::Daemon ? LinkType::User0 : LinkType::Raw);
   const std::string json = control::json_text(record::to_json(header));
   for (std::size_t at = 0; at < json.size(); at += kMostHeaderPart)
-    out += note_block(header.clock_origin_ns + header.time_ns,
+    out += note_block(header.clock_origin_ns + begin_ns,
                       std::string{kHeader} + json.substr(at, kMostHeaderPart));
   return out;
 }

@@ -61,7 +61,8 @@ std::expected<Commands, std::string> read_commands(std::string_view text);
 // else.
 
 /// The beginning of a file.
-std::string head(const Header& header);
+/// @param begin_ns  time of its packets, which the records follow
+std::string head(const Header& header, std::int64_t begin_ns);
 /// Its end.
 std::string tail();
 

@@ -15,7 +15,7 @@ inline std::vector<recording::Record> records_of(const recording::Recording& rec
 
 inline std::string bytes_of(const recording::Header& header, const std::vector<recording::Record>& records) {
   recording::RecordWriter writer{{}, header.clock_origin_ns};
-  std::string bytes = recording::head(header);
+  std::string bytes = recording::head(header, header.time_ns);
   for (const recording::Record& record : records) bytes += writer.blocks(record);
   return bytes + recording::tail();
 }

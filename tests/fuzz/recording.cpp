@@ -20,7 +20,7 @@ std::vector<Record> records_of(const std::string& file) {
 
 std::string file_of(const std::vector<Record>& records) {
   recording::RecordWriter writer{{}, 0};
-  std::string file = recording::head({});
+  std::string file = recording::head({}, 0);
   for (const Record& record : records) file += writer.blocks(record);
   return file + recording::tail();
 }
@@ -30,7 +30,7 @@ std::string file_of(const std::vector<Record>& records) {
 void recording(std::string_view input) {
   // As a file, and as what comes behind the head of one.
   static_cast<void>(records_of(std::string{input}));
-  const std::vector<Record> records = records_of(recording::head({}) + std::string{input});
+  const std::vector<Record> records = records_of(recording::head({}, 0) + std::string{input});
   const std::vector<Record> written = records_of(file_of(records));
   expect(records_of(file_of(written)) == written, "what is written is read again");
   static_cast<void>(recording::read_commands(input));

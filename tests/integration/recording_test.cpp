@@ -108,6 +108,7 @@ TEST_F(ARecordedCell, GivesTheSameRepliesInAReplayAndIsReadByWireshark) {
       std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
   EXPECT_NEAR(std::stod(times.back()), now_s, 600);
   EXPECT_LE(std::stod(times.front()), std::stod(times.back()));
+  EXPECT_THAT(fields("frame.time_relative < -1", "frame.number"), IsEmpty());
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ Header some_header() {
 
 std::string some_recording() {
   RecordWriter writer{{0x7f000001, 49'152}, some_header().clock_origin_ns};
-  std::string bytes = head(some_header());
+  std::string bytes = head(some_header(), 0);
   for (const Record& record : some_records()) bytes += writer.blocks(record);
   return bytes + tail();
 }
@@ -73,7 +73,7 @@ Read read(const std::string& bytes) {
 TEST(ARecordingFile, GivesHeaderAndRecordsBack) {
   const auto header = Recording::read_header(some_recording());
   ASSERT_TRUE(header) << header.error();
-  EXPECT_EQ(head(*header), head(some_header()));
+  EXPECT_EQ(head(*header, 0), head(some_header(), 0));
   const Read found = read(some_recording());
   EXPECT_EQ(found.damage, "");
   EXPECT_EQ(found.records, some_records());
@@ -82,14 +82,14 @@ TEST(ARecordingFile, GivesHeaderAndRecordsBack) {
 TEST(ARecordingFile, HasAHeaderOfAnySize) {
   Header header = some_header();
   header.nominal_yaml.assign(300'000, 'y');
-  const auto found = Recording::read_header(head(header));
+  const auto found = Recording::read_header(head(header, 0));
   ASSERT_TRUE(found) << found.error();
   EXPECT_EQ(found->nominal_yaml, header.nominal_yaml);
 }
 
 TEST(ARecordingFile, ThatIsCutOffAnywhereIsReadUpToThereAndSaysSo) {
   const std::string whole = some_recording();
-  const std::size_t begin = head(some_header()).size();
+  const std::size_t begin = head(some_header(), 0).size();
   std::size_t most = 0;
   for (std::size_t size = begin; size < whole.size(); size += 97) {
     const Read found = read(whole.substr(0, size));
@@ -103,7 +103,7 @@ TEST(ARecordingFile, ThatIsCutOffAnywhereIsReadUpToThereAndSaysSo) {
 
 TEST(ARecordingFile, ThatIsDamagedIsReadUpToThere) {
   std::string damaged = some_recording();
-  damaged[head(some_header()).size() + 4] ^= 1;  // the size of the first record's block
+  damaged[head(some_header(), 0).size() + 4] ^= 1;  // the size of the first record's block
   EXPECT_THAT(read(damaged).damage, HasSubstr("damaged"));
   EXPECT_EQ(read(damaged).records.size(), 0U);
 }
