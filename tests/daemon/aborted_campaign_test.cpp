@@ -88,7 +88,7 @@ TEST_F(AbortedCampaignTest, LeavesACellThatIsReadyWheneverItComes) {
   ASSERT_TRUE(clock.run(io, [&] { return over; }));
   end.emit(asio::cancellation_type::terminal);
   real_robot.disconnect();
-  real_tracker->disconnect();
+  real_tracker.disconnect();
   clock.run(io, [] { return false; });
   EXPECT_EQ(phases["aborted"], aborts);
 }
