@@ -20,11 +20,12 @@ constexpr std::size_t kMostToldBytes = std::size_t{4} << 20;
 using Written = std::expected<void, std::string>;
 
 /// Whole or not at all.
-Written write_recording(const std::string& head, const Ring& ring, const std::filesystem::path& file) try {
+Written write_recording(const std::string& head, const Ring& ring, const std::string& tail,
+                        const std::filesystem::path& file) try {
   config::UnfinishedFile out{file};
   out.stream() << head;
   for (const Ring::Block& each : ring.blocks()) out.stream() << each.texts;
-  out.stream() << recording::tail();
+  out.stream() << tail;
   out.close();
   out.take_place();
   return {};
@@ -98,7 +99,8 @@ void Recorder::tell_dropped() {
 std::expected<void, std::string> Recorder::save(recording::Header header, const std::filesystem::path& file) {
   drain();
   header.clock_origin_ns = clock_origin_ns_;
-  return write_recording(recording::head(header, ring_->begin_ns().value_or(header.time_ns)), *ring_, file);
+  return write_recording(recording::head(header, ring_->begin_ns().value_or(header.time_ns)), *ring_,
+                         recording::tail(header), file);
 }
 
 std::expected<void, std::string> Recorder::keep_header(recording::Header header,
@@ -114,13 +116,14 @@ std::expected<std::filesystem::path, std::string> save_left_behind(const Recordi
                                                                    const std::string& date) try {
   if (!config::is_own_file(folder.ring()) || !config::is_own_file(folder.ring_header())) return {};
   const std::string head = config::read_bytes(folder.ring_header());
-  if (const auto header = recording::Recording::read_header(head); !header)
-    return std::unexpected(folder.ring_header().string() + ": " + header.error());
+  const auto header = recording::Recording::read_header(head);
+  if (!header) return std::unexpected(folder.ring_header().string() + ": " + header.error());
   const auto ring = Ring::open(folder.ring());
   if (!ring) return std::unexpected(ring.error());
   if ((*ring)->blocks().empty()) return {};
   std::filesystem::path file = folder.file(date);
-  if (auto written = write_recording(head, **ring, file); !written) return std::unexpected(written.error());
+  if (auto written = write_recording(head, **ring, recording::tail(*header), file); !written)
+    return std::unexpected(written.error());
   return file;
 } catch (const config::ConfigError& error) {
   return std::unexpected(error.what());

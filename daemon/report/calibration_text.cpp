@@ -173,9 +173,9 @@ std::string findings(const ReportDocument& document) {
 
 std::string verdict_lines(const ReportDocument& document) {
   std::string text =
-      fmt::format("\nVerdict: {}. {}.\n", name_of(kVerdictColorNames, document.verdict.color()),
+      fmt::format("\nVerdict: {}. {}.\n", name_of(kVerdictColorNames, document.verdict->color()),
                   verdict_heading(document));
-  for (const Finding& finding : document.verdict.findings)
+  for (const Finding& finding : document.verdict->findings)
     text += fmt::format("  {}: {}\n", name_of(kSeverityNames, finding.severity), finding.sentence);
   return text;
 }
@@ -193,7 +193,7 @@ std::string render_text(const boost::json::object& json) {
 
 std::string why_unusable(const boost::json::object& json) {
   const ReportDocument document = read_document(json);
-  if (document.verdict.failed()) return document.verdict.findings.front().sentence;
+  if (document.verdict->failed()) return document.verdict->findings.front().sentence;
   return document.production ? why_refuted(*document.production) : "";
 }
 

@@ -109,6 +109,10 @@ ReportDocument read_document(const boost::json::object& document) {
   ReportDocument result{read_record(document)};
   if (result.prior && !result.prior->used) result.prior.reset();
   result.all_points = all_points(result);
+  // Nothing looks good that was not judged.
+  if (!result.verdict)
+    result.verdict = {
+        {{Severity::Error, "the document has no verdict: make it again with truepose calibrate"}}};
   const Node truth = Node{document, kKind}["truth"];
   for (const IdentifiedParameter& parameter : result.parameters) {
     if (const auto value = truth_of(truth, parameter.name)) result.truth.emplace(parameter.name, *value);

@@ -34,7 +34,8 @@ struct LayerSelection {
   std::vector<LayerChoice> tried;
 };
 
-/// A calibration document with what the reports make of its parts. A prior that was not used is left out.
+/// A calibration document with what the reports make of its parts. A prior that was not used is left out; a
+/// document without a verdict gets one that is red.
 struct ReportDocument : record::CalibrationDocument {
   std::vector<Point> all_points;        ///< `points`, and those of folds behind them
   std::map<std::string, double> truth;  ///< of parameters of a simulated arm, mm or rad

@@ -98,7 +98,7 @@ std::string bars(const ReportDocument& document) {
 }  // namespace
 
 std::string verdict_heading(const ReportDocument& document) {
-  switch (document.verdict.color()) {
+  switch (document.verdict->color()) {
     case VerdictColor::Red:
       return "Do not use this model";
     case VerdictColor::Amber:
@@ -114,13 +114,13 @@ std::string verdict_heading(const ReportDocument& document) {
 
 Verdict verdict_of(const ReportDocument& document) {
   constexpr std::array kKinds{Verdict::Kind::Use, Verdict::Kind::Caution, Verdict::Kind::Refuse};
-  const VerdictColor color = document.verdict.color();
+  const VerdictColor color = document.verdict->color();
   const auto& production = document.production;
   if (color != VerdictColor::Red && production && production->accuracy.refuted())
     return production_verdict(*production);
   std::string sentence = verdict_heading(document);
   std::string_view separator = color == VerdictColor::Green ? ". Note: " : ": ";
-  for (const Finding& finding : document.verdict.findings) {
+  for (const Finding& finding : document.verdict->findings) {
     sentence += fmt::format("{}{}", separator, finding.sentence);
     separator = "; ";
   }

@@ -338,7 +338,7 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io.optional("arm", x.arm);
   io.defaulted("points", x.points);
 
-  io("verdict", x.verdict, ColoredVerdict{});
+  io.optional("verdict", x.verdict, ColoredVerdict{});
   io.optional("noise", x.noise, StatedNoise{});
   io.optional("spread", x.spread);
   io.optional("fold_points", x.fold_points);

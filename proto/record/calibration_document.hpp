@@ -166,7 +166,7 @@ struct CalibrationDocument {
   std::vector<Point> points;
 
   // What commands and campaigns add.
-  CalibrationVerdict verdict;
+  std::optional<CalibrationVerdict> verdict;  ///< none: it was not judged
   std::optional<MeasurementNoise> noise;
   std::optional<Spread> spread;
   std::vector<Point> fold_points;

@@ -145,7 +145,7 @@ std::string head(const Header& header, std::int64_t begin_ns) {
   return out;
 }
 
-std::string tail() { return note_block(0, kEnd); }
+std::string tail(const Header& header) { return note_block(header.clock_origin_ns + header.time_ns, kEnd); }
 
 std::string_view RecordWriter::blocks(const Record& record) {
   blocks_.clear();

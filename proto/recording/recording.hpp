@@ -64,7 +64,7 @@ std::expected<Commands, std::string> read_commands(std::string_view text);
 /// @param begin_ns  time of its packets, which the records follow
 std::string head(const Header& header, std::int64_t begin_ns);
 /// Its end.
-std::string tail();
+std::string tail(const Header& header);
 
 /// Makes packets of records, with the sequence numbers of each TCP connection.
 class RecordWriter {

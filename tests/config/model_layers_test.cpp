@@ -122,28 +122,6 @@ TEST(ModelLayers, AModelOfGeometryAloneHasNone) {
   EXPECT_FALSE(read.field);
 }
 
-TEST(ModelLayers, AFileOfAnEarlierVersionStaysReadable) {
-  const ModelFile model = parse_model(R"(name: "one"
-serial: ""
-created: ""
-validation_mean_mm: 0
-robot:
-  name: "one"
-  joints:
-    - {a: 0, alpha: 0, d: 0, theta: 0, beta: 0, sign: 1, min: -1, max: 1, speed: 1}
-  flange: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
-base: {x: 0, y: 0, z: 0, rx: 0, ry: 0, rz: 0}
-reflectors: []
-parameters:
-  - {name: "link1.a", nominal: 0, value: 0, sigma: 0.1, identified: true}
-  - {name: "link1.d", nominal: 0, value: 0, sigma: 0, identified: false}
-)",
-                                      "m.yaml");
-  EXPECT_EQ(model.cell.robot.gravity_B, Eigen::Vector3d(0, 0, -1));
-  EXPECT_EQ(model.parameters[0].data_share, 1);
-  EXPECT_EQ(model.parameters[1].data_share, 0);
-}
-
 class ModelLayersErrors : public testing::Test {
  protected:
   ModelLayersErrors() {

@@ -17,7 +17,7 @@ inline std::string bytes_of(const recording::Header& header, const std::vector<r
   recording::RecordWriter writer{{}, header.clock_origin_ns};
   std::string bytes = recording::head(header, header.time_ns);
   for (const recording::Record& record : records) bytes += writer.blocks(record);
-  return bytes + recording::tail();
+  return bytes + recording::tail(header);
 }
 
 inline recording::Recording recording_of(const recording::Header& header,

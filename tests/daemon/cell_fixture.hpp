@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/sealed_text.hpp"
 #include "daemon/cell/daemon_cell.hpp"
 #include "drivers/mock/mock_robot.hpp"
 #include "drivers/mock/mock_tracker.hpp"
@@ -22,6 +23,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/control/request.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/text/digest.hpp"
 #include "tests/daemon/example_calibration.hpp"
 #include "tests/daemon/example_cell.hpp"
 #include "tests/daemon/stream_rig.hpp"
@@ -102,9 +104,18 @@ struct CellTest : testing::Test {
   }
   /// What happens to the store's file behind the daemon's back.
   void execute(const std::string& sql) const { sqlite_rows(file, sql.c_str()); }
-  /// Leaves the models as those of before were.
-  void forget_hashes() const {
-    execute("UPDATE model SET yaml=substr(yaml, 1, instr(yaml, 'sha256: ') - 1), sha256=''");
+  /// Gives the altered texts of models hashes that fit.
+  void seal_again() const {
+    for (const auto& row : sqlite_rows(file, "SELECT id, yaml FROM model")) {
+      const std::string yaml = config::sealed(row[1].substr(0, row[1].find("sha256: ")));
+      execute("UPDATE model SET yaml='" + quoted(yaml) + "', sha256='" + text::sha256_hex(yaml) +
+              "' WHERE id='" + row[0] + "'");
+    }
+  }
+  static std::string quoted(std::string text) {
+    for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2)
+      text.insert(at, 1, '\'');
+    return text;
   }
   void alter_m1() const {
     // Axis 1's zero, as a flipped bit or a person at the file may leave it.

@@ -60,15 +60,15 @@ TEST_F(ModelServiceTest, DoesNotWorkWithAModelOfWhichADigitHasBecomeAnother) {
 TEST_F(ModelServiceTest, ShowsNoModelOfWhichTheTextIsNotTheOneThatWasStored) {
   alter_m1();
   EXPECT_THAT(refused("model.get", {{"id", "m1"}}), testing::StartsWith("model m1 is refused: "));
-  forget_hashes();
   execute("UPDATE model SET yaml=substr(yaml, 1, 500) WHERE id='m1'");
+  seal_again();
   EXPECT_THAT(refused("model.get", {{"id", "m1"}}), testing::StartsWith("model m1 is refused: its text"));
 }
 
 TEST_F(ModelServiceTest, DoesNotActivateAnAlteredModelAndKeepsTheOneInForce) {
   load();
-  forget_hashes();
   execute("UPDATE model SET yaml=replace(yaml, 'theta: 0.00', 'theta: 0.04') WHERE id='m2'");
+  seal_again();
   EXPECT_THAT(refused("model.activate", {{"id", "m2"}}), HasSubstr("misses its own validation points"));
   EXPECT_EQ(status().at_pointer("/model/id"), "m1");
   EXPECT_EQ(store->active_model().value()->id, "m1");
@@ -81,8 +81,8 @@ TEST_F(ModelServiceTest, DoesNotActivateAModelThatIsNoBetterThanTheNominalArm) {
 }
 
 TEST_F(ModelServiceTest, NeitherActivatesNorWorksWithAModelOfAnotherArm) {
-  forget_hashes();
   execute("UPDATE model SET robot_serial='S2', yaml=replace(yaml, 'MOCK-0001', 'S2')");
+  seal_again();
   load();
   play([this]() -> Wait { co_await connected(); });
   EXPECT_EQ(refused("model.activate", {{"id", "m2"}}), "the model belongs to arm S2, not to MOCK-0001");

@@ -81,23 +81,15 @@ TEST(ReportVerdict, SaysWhatToDo) {
   using enum Verdict::Kind;
   const auto verdict = [](const json::object& document) { return verdict_of(read_document(document)); };
   EXPECT_EQ(verdict(full_document(6)).kind, Use);
-  EXPECT_EQ(verdict(sample_document(6, false)).kind, Caution);
   json::object document = full_document(6);
-  document["prediction_uncertainty"] = {
-      {"rms_mm", 1}, {"max_mm", 9}, {"worst_joints", {1, 2}}, {"warning", "Measure more."}};
-  EXPECT_EQ(verdict(document).kind, Caution);
-  document["remeasured"].as_object()["mean"] = 99;
-  EXPECT_EQ(verdict(document).kind, Refuse);
-  document = full_document(6);
   document["verdict"] = {{"color", "amber"},
                          {"findings", {{{"severity", "warning"}, {"sentence", "two rows are far off"}}}}};
   EXPECT_EQ(verdict(document).kind, Caution);
   EXPECT_EQ(verdict(document).sentence, "Look into this before you use the model: two rows are far off.");
   EXPECT_EQ(why_unusable(document), "two rows are far off");
-  document = full_document(6);
-  document["converged"] = false;
+  document.erase("verdict");
   EXPECT_EQ(verdict(document).kind, Refuse);
-  EXPECT_THAT(verdict(document).sentence, HasSubstr("did not converge"));
+  EXPECT_THAT(verdict(document).sentence, HasSubstr("the document has no verdict"));
 }
 
 TEST(ReportCloud, DrawsEveryArrowInEveryViewAndTheSameFactorInBeforeAndAfter) {

@@ -186,6 +186,12 @@ TEST(ReportText, IsTheTableForATerminal) {
 TEST(ReportText, SaysWhatNotToTrust) {
   json::object document = sample_document(30, false);
   document["converged"] = false;
+  document["verdict"] = {
+      {"color", "red"},
+      {"findings",
+       {{{"severity", "error"}, {"sentence", "the identification did not converge: check the robot file"}},
+        {{"severity", "warning"},
+         {"sentence", "nothing but the points that it was fitted to shows how good it is"}}}}};
   const std::string text = render_text(document);
   EXPECT_THAT(text, Not(HasSubstr("Validation")));
   EXPECT_THAT(text, HasSubstr("did not converge"));

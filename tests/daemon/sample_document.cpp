@@ -96,7 +96,9 @@ json::object sample(std::mt19937& random, int points, bool validated) {
   MeasurementData data{.smr_names = {"1"}, .points = {}};
   calibration.identify = add_set(calibration, data, random, points, PoseSet::Identify);
   if (validated) calibration.validate = add_set(calibration, data, random, points, PoseSet::Validate);
-  return record::calibration_document(calibration, data, 0.0042);
+  json::object document = record::calibration_document(calibration, data, 0.0042);
+  document["verdict"] = record::verdict_json({});
+  return document;
 }
 
 }  // namespace

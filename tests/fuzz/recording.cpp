@@ -22,7 +22,7 @@ std::string file_of(const std::vector<Record>& records) {
   recording::RecordWriter writer{{}, 0};
   std::string file = recording::head({}, 0);
   for (const Record& record : records) file += writer.blocks(record);
-  return file + recording::tail();
+  return file + recording::tail({});
 }
 
 }  // namespace

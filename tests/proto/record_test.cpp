@@ -210,7 +210,7 @@ TEST(CalibrationDocumentReader, ReadsBackEveryMemberThatIsWritten) {
   EXPECT_TRUE(same(*read, x));
 }
 
-TEST(CalibrationDocumentReader, ReadsDocumentsThatSayNoMoreThanTheFirstVersionsDid) {
+TEST(CalibrationDocumentReader, ReadsDocumentsThatHaveNoMoreThanIsNeeded) {
   json::object document = calibration_document(full_document());
   const std::vector<std::string> needed{"method",   "converged", "iterations", "elapsed_s",
                                         "identify", "rank",      "condition",  "parameters"};

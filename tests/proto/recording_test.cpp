@@ -54,7 +54,7 @@ std::string some_recording() {
   RecordWriter writer{{0x7f000001, 49'152}, some_header().clock_origin_ns};
   std::string bytes = head(some_header(), 0);
   for (const Record& record : some_records()) bytes += writer.blocks(record);
-  return bytes + tail();
+  return bytes + tail(some_header());
 }
 
 struct Read {

@@ -60,15 +60,16 @@ TEST_F(Export, SaysWhyAFileCannotBeReadOrWritten) {
             "truepose: " + path("no/p.csv") + ": cannot be written: No such file or directory\n");
 }
 
-TEST_F(Export, SaysThatAModelCarriesNoHash) {
+TEST_F(Export, RefusesAModelThatWasCutOff) {
   std::string text = config::model_yaml(model_);
   text.erase(text.rfind('\n', text.size() - 2) + 1);
   const std::string file = folder_.write("cut.yaml", text);
   const Finished run = run_program("truepose", {"export", "--model", file, "--csv", path("p.csv")});
-  EXPECT_EQ(run.exit_code, 0);
-  EXPECT_EQ(run.err, file +
-                         ": it carries no hash: written before models had one, or cut off: whether it was "
-                         "changed is not known; identify again to be sure\n");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err,
+            "truepose: " + file +
+                ": its last line is no 'sha256: ...', which shows that the others are unchanged; identify "
+                "again\n");
 }
 
 TEST_F(Export, IsNamedInTheHelp) {
