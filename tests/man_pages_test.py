@@ -48,7 +48,7 @@ class ManPages(unittest.TestCase):
         drift = self.pages["truepose-drift.1"]
         self.assertIn("\\-\\-update", drift)
         self.assertIn("Bring base, reflectors and joint zeros up to date", drift)
-        self.assertIn("Five new points in the old set-up", drift)
+        self.assertIn("Five new points, spread over all joints", drift)
         self.assertIn("truepose\\-sim", self.pages["truepose-sim.1"])
         self.assertIn(".SH COMMANDS", self.pages["truepose-campaign.1"])
 
