@@ -196,8 +196,8 @@ std::vector<Message> lint(const EthernetConfig& config) {
     if (is_of_pose) continue;
     const bool corrects = config.axis_correction && element.tag.starts_with(*config.axis_correction + ".A");
     if (corrects && !element.hold_on) found.push_back(message<LintKind::HoldOn>(element.tag));
-    const bool told = element.tag == config.stop || (config.gain && element.tag == kGainTag);
-    if (!corrects && !told && !element.tag.starts_with("DEF_"))
+    const bool is_stop_or_gain = element.tag == config.stop || (config.gain && element.tag == kGainTag);
+    if (!corrects && !is_stop_or_gain && !element.tag.starts_with("DEF_"))
       found.push_back(message<LintKind::NeverSent>(element.tag));
   }
   if (!config.stop) found.push_back(message<LintKind::StopElement>());

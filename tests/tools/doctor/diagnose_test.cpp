@@ -78,7 +78,7 @@ Observations all_is_well(const config::CellConfig& cell) {
   return {.check = {{daemon::CheckFinding::Level::Good, "good"}},
           .ethernet = small_ethernet(),
           .interfaces = {{"lo", 0x7f000001, 0xff000000}, {"eth1", kPc, 0xffffff00}},
-          .daemon = {.unreachable = "nobody answers"},
+          .daemon = {.unreachable = "the daemon does not answer"},
           .rsi = {.senders = {good_sender(cell)}, .seen = std::vector<SeenStream>{}, .firewall = ""},
           .robot = good_robot(cell),
           .tracker = drivers::TrackerIdentity{"AT901", "1", "3.8"},
@@ -148,7 +148,7 @@ const std::vector<Case> kCases{
     {"CheckFails", [](auto&, auto& seen) { seen.check = {{daemon::CheckFinding::Level::Failure, "no token"}}; },
      "cell file", Level::Fault, "D_CELL_FILE", "no token", "--check"},
     // ---- daemon ----
-    {"DaemonDown", [](auto&, auto&) {}, "daemon", Level::Fault, "D_DAEMON", "nobody answers", "systemctl start"},
+    {"DaemonDown", [](auto&, auto&) {}, "daemon", Level::Fault, "D_DAEMON", "the daemon does not answer", "systemctl start"},
     {"DaemonOfAnotherVersion", [](auto&, auto& seen) { seen.daemon = {.version = "0.0.1"}; },
      "daemon", Level::Warning, "D_VERSION", "in version 0.0.1", "restart"},
     {"DaemonFault", [](auto&, auto& seen) {
