@@ -61,18 +61,6 @@ struct Payload {
   void read(const YamlValue& value, RobotModel& robot) const { add_payload(robot, value); }
 };
 
-/// A choice of residual fields.
-struct ResidualNames {
-  friend std::vector<std::string_view> words_of(ResidualNames) { return residual_names(); }
-  friend std::string_view word_of(ResidualNames, const std::vector<RegressorKind>& kinds) {
-    const auto names = residual_names();
-    return *std::ranges::find_if(names, [&](std::string_view name) { return residual_kinds(name) == kinds; });
-  }
-  friend std::vector<RegressorKind> meaning_of(ResidualNames, std::string_view word) {
-    return *residual_kinds(word);
-  }
-};
-
 struct LogLevel {
   friend std::vector<std::string_view> words_of(LogLevel) {
     return {"trace", "debug", "info", "warn", "error"};
@@ -258,7 +246,7 @@ void layout(auto& io, SurroundingsAndTool& x) {
 void layout(auto& io, Is<CalibrationConfig> auto& x) {
   io.optional("non_geometric", x.non_geometric, kNoneOrAuto);
   io.optional("harmonics", x.harmonics, Whole{1, 10'000});
-  io.optional("residual", x.residual, ResidualNames{});
+  io.optional("residual", x.field, kFieldNames);
   io.optional("loss", x.loss, kLossNames);
   io.optional("prior", x.prior, kPriorNames);
 }

@@ -15,8 +15,7 @@
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
-#include "core/field/regressor.hpp"
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibrate_options.hpp"
 #include "core/identify/measurement.hpp"
 #include "core/identify/robust_fit.hpp"
 #include "core/judge/iso9283.hpp"
@@ -150,7 +149,7 @@ struct Iso9283Config {
 struct CalibrationConfig {
   bool non_geometric = false;  ///< joints' deviations that cross-validation keeps
   std::vector<int> harmonics{1, 2};
-  std::vector<RegressorKind> residual;  ///< of a residual field; none: no field
+  FieldUse field = FieldUse::None;
   Loss loss = Loss::OutlierRejection;
   PriorUse prior = PriorUse::Auto;  ///< whether deviations from the data sheet are taken as small
 };

@@ -82,7 +82,7 @@ CalibrateOptions calibrate_options(const CellConfig& cell) {
   options.noise = {cell.tracker.noise, cell.robot.repeatability_mm};
   options.non_geometric = cell.calibration.non_geometric;
   options.harmonics = cell.calibration.harmonics;
-  options.residual = cell.calibration.residual;
+  options.field = cell.calibration.field;
   return options;
 }
 

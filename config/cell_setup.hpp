@@ -6,7 +6,7 @@
 
 #include "config/cell_config.hpp"
 #include "core/compensate/target_compensation.hpp"
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibrate_options.hpp"
 #include "core/plan/measurement_plan.hpp"
 
 namespace truepose::config {

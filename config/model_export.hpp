@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibration.hpp"
 
 namespace truepose::config {
 

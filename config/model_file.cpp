@@ -1,6 +1,7 @@
 #include "config/model_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -11,12 +12,14 @@
 #include "config/yaml_layout.hpp"
 #include "core/arm/guide.hpp"
 #include "core/compensate/largest_correction.hpp"
+#include "core/field/gaussian_process.hpp"
 #include "core/formatted.hpp"
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/math/statistics.hpp"
 #include "core/math/units.hpp"
+#include "core/named.hpp"
 
 namespace truepose::config {
 
@@ -106,9 +109,12 @@ struct Terms {
 
 /// A residual field: the data it was fitted to and its hyper-parameters.
 struct FieldForm {
+  enum class Kind { GaussianProcess };
+  static constexpr std::array kKinds{Named{"gp", Kind::GaussianProcess}};
   struct Field {
     const RobotModel& robot;
     RegressorState state;
+    Kind kind = Kind::GaussianProcess;
     Eigen::Vector3d p_F_mm{0, 0, 0};
     double variance_factor = 1;
   };
@@ -117,12 +123,15 @@ struct FieldForm {
   Field form_of(const std::shared_ptr<const ResidualField>& field) const {
     // The only class of fields; a cast that fails rather than a field that is lost.
     const auto& fitted = dynamic_cast<const RegressionField&>(*field);
-    return {robot, fitted.regressor()->state(), fitted.p_F_mm(), fitted.variance_factor()};
+    return {.robot = robot,
+            .state = fitted.regressor()->state(),
+            .p_F_mm = fitted.p_F_mm(),
+            .variance_factor = fitted.variance_factor()};
   }
   void read(const YamlValue& value, std::shared_ptr<const ResidualField>& field) const {
     Field form{.robot = robot, .state = {}};
     read_value(value, form);
-    const auto regressor = restore_regressor(form.state);
+    const auto regressor = restore_gaussian_process(form.state);
     if (!regressor) value.fail(regressor.error());
     field = std::make_shared<RegressionField>(robot, *regressor, form.p_F_mm, form.variance_factor);
   }
@@ -165,13 +174,12 @@ void layout(auto& io, Is<Terms::Term> auto& x) {
 }
 
 void layout(auto& io, Is<FieldForm::Field> auto& x) {
-  io("kind", x.state.kind, kRegressorNames);
+  io("kind", x.kind, FieldForm::kKinds);
   io("point", x.p_F_mm, kPoint);
   io.defaulted("variance_factor", x.variance_factor, kNotNegative);
   io("hyper", x.state.hyper);
   io("x", x.state.X, Rows{{field_features(x.robot)}});
   io("y", x.state.Y, Rows{{3, 6}});
-  io.optional("weights", x.state.weights);
 }
 
 /// What goes beyond geometry may be absent.

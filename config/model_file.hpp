@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/text_file.hpp"
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibration.hpp"
 #include "core/judge/calibration_verdict.hpp"
 #include "core/judge/drift_causes.hpp"
 
@@ -36,7 +36,7 @@ struct ModelFile {
   /// check judges by.
   Eigen::MatrixXd covariance;
   std::optional<MeasurementNoise> noise;
-  double misfit_mm = 0;  ///< as Calibration's
+  double misfit_mm = 0;                       ///< as Calibration's
   std::vector<double> validation_distances2;  ///< as DriftReference's
   std::optional<ThermalResponse> thermal;     ///< where warmth was identified; all else is of its reference
   std::string updates;  ///< the model that this one brings up to date, by id or file; empty: none

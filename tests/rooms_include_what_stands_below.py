@@ -30,12 +30,12 @@ ROOMS = {
     "daemon": "config core daemon/report drivers proto",
     "daemon/report": "core proto",
     "tools/bench": "core daemon drivers proto tools/truepose",
-    "tools/experiment": "core",
+    "tools/experiment": "config core daemon/report proto tools/steering tools/truepose",
     "tools/proxy": "config core proto tools/steering",
     "tools/sim": "config core proto tools/steering",
     "tools/steering": "drivers proto",
     "tools/truepose": "config core daemon/cell daemon/control daemon/replay daemon/report daemon/store drivers proto "
-    "tools/experiment tools/steering tools/truepose/doctor",
+    "tools/steering tools/truepose/doctor",
     "tools/truepose/doctor": "config core daemon drivers proto",
 }
 

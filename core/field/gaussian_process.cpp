@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/field/point_cloud.hpp"
+#include "core/field/scaled_points.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/lbfgs.hpp"
 #include "core/math/parallel.hpp"
@@ -113,15 +113,16 @@ GaussianProcessHyper hyper_of(const RegressorState& state) {
 
 class GaussianProcess final : public Regressor {
  public:
-  explicit GaussianProcess(const RegressorState& state)
-      : state_{state},
-        hyper_{hyper_of(state)},
-        scale_{state.X},
-        factor_{factorise(scale_.apply_all(state.X), hyper_)},
-        points_{scale_.apply_all(state.X) * hyper_.lengths.cwiseInverse().asDiagonal()},
-        alpha_{Eigen::MatrixXd::Zero(points_.blocks() * kBlock, state.Y.cols())} {
-    alpha_.topRows(state.Y.rows()) = factor_.solve(state.Y);
-    signal_ = state.Y.cwiseProduct(alpha_.topRows(state.Y.rows())).colwise().mean();
+  explicit GaussianProcess(RegressorState of)
+      : Regressor{std::move(of)},
+        hyper_{hyper_of(state())},
+        scale_{state().X},
+        factor_{factorise(scale_.apply_all(state().X), hyper_)},
+        points_{scale_.apply_all(state().X) * hyper_.lengths.cwiseInverse().asDiagonal()},
+        alpha_{Eigen::MatrixXd::Zero(points_.blocks() * kBlock, state().Y.cols())} {
+    const Eigen::MatrixXd& Y = state().Y;
+    alpha_.topRows(Y.rows()) = factor_.solve(Y);
+    signal_ = Y.cwiseProduct(alpha_.topRows(Y.rows())).colwise().mean();
   }
 
   void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
@@ -140,7 +141,7 @@ class GaussianProcess final : public Regressor {
     Eigen::VectorXd r(alpha_.rows());
     for (int b = 0; b < points_.blocks(); ++b)
       r.segment<kBlock>(b * kBlock) = correlation_of(hyper_.correlation, points_.squared_distances(z, b));
-    const double known = factor_.solve_lower(r.head(state_.Y.rows())).squaredNorm();
+    const double known = factor_.solve_lower(r.head(state().Y.rows())).squaredNorm();
     return signal_ * std::max(0.0, 1 - known);
   }
 
@@ -148,10 +149,8 @@ class GaussianProcess final : public Regressor {
 
   std::optional<double> freedom() const override {
     // R (R + r I)^-1 = I - r (R + r I)^-1.
-    return static_cast<double>(state_.X.rows()) - hyper_.noise_ratio * factor_.inverse_lower().squaredNorm();
+    return static_cast<double>(state().X.rows()) - hyper_.noise_ratio * factor_.inverse_lower().squaredNorm();
   }
-
-  RegressorState state() const override { return state_; }
 
  private:
   static constexpr int kBlock = BlockedPoints::kBlock;
@@ -160,7 +159,6 @@ class GaussianProcess final : public Regressor {
     return scale_.apply(x).cwiseQuotient(hyper_.lengths);
   }
 
-  RegressorState state_;
   GaussianProcessHyper hyper_;
   FeatureScale scale_;
   CholeskyFactor factor_;
@@ -205,9 +203,7 @@ MostEvident maximise_evidence(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T
   return {fine.hyper(best.x), best.value};
 }
 
-}  // namespace
-
-std::map<std::string, double> gaussian_process_hyper(const RegressionData& data, int jobs) {
+Hyper most_evident_hyper(const RegressionData& data, int jobs) {
   const Eigen::MatrixXd Z = FeatureScale{data.X}.apply_all(data.X);
   const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
   constexpr std::array kCorrelations{Correlation::Matern52, Correlation::SquaredExponential};
@@ -218,13 +214,44 @@ std::map<std::string, double> gaussian_process_hyper(const RegressionData& data,
   });
   const GaussianProcessHyper& best =
       std::ranges::min_element(found, {}, &MostEvident::negative_log_evidence)->hyper;
-  std::map<std::string, double> hyper{{"matern", best.correlation == Correlation::Matern52 ? 1 : 0},
-                                      {"noise_ratio", best.noise_ratio}};
+  Hyper hyper{{"matern", best.correlation == Correlation::Matern52 ? 1 : 0},
+              {"noise_ratio", best.noise_ratio}};
   for (Eigen::Index k = 0; k < best.lengths.size(); ++k) hyper[length_name(k)] = best.lengths[k];
   return hyper;
 }
 
-RegressorPtr make_gaussian_process(const RegressorState& state) {
+/// What of the hyper-parameters is missing or out of its range.
+std::optional<std::string> fault_of(const Hyper& hyper, Eigen::Index features) {
+  constexpr double kHuge = std::numeric_limits<double>::max(), kTiny = std::numeric_limits<double>::min();
+  const auto fault = [&](const std::string& name, double low, double high) -> std::optional<std::string> {
+    const auto found = hyper.find(name);
+    const std::string place = "residual field gp: hyper-parameter " + name;
+    if (found == hyper.end()) return place + " is missing";
+    if (!(found->second >= low && found->second <= high)) return place + " is out of its range";
+    return std::nullopt;
+  };
+  if (auto of = fault("matern", 0, 1)) return of;
+  if (auto of = fault("noise_ratio", 0, kHuge)) return of;
+  for (Eigen::Index k = 0; k < features; ++k)
+    if (auto of = fault(length_name(k), kTiny, kHuge)) return of;
+  return std::nullopt;
+}
+
+}  // namespace
+
+const RegressionMethod kGaussianProcess{
+    .name = "gp",
+    .fit = [](const RegressionData& data, int jobs) -> RegressorPtr {
+      return std::make_shared<GaussianProcess>(
+          RegressorState{data.X, data.Y, most_evident_hyper(data, jobs)});
+    },
+    .refit = [](const Hyper& hyper, const RegressionData& data) -> RegressorPtr {
+      return std::make_shared<GaussianProcess>(RegressorState{data.X, data.Y, hyper});
+    }};
+
+std::expected<RegressorPtr, std::string> restore_gaussian_process(const RegressorState& state) {
+  if (auto fault = fault_of(RegressionData{state.X, state.Y, {}})) return std::unexpected{*fault};
+  if (auto fault = fault_of(state.hyper, state.X.cols())) return std::unexpected{*fault};
   return std::make_shared<GaussianProcess>(state);
 }
 

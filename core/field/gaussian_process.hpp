@@ -76,9 +76,10 @@ class MarginalLikelihood {
 /// a few fixed starts. Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006).
 ///
 /// Hyper-parameters: `matern` (1, or 0 for squared exponential), `noise_ratio`, `length.0` to `length.<d-1>`.
-///
-/// @param jobs  threads; the result is the same with any number
-std::map<std::string, double> gaussian_process_hyper(const RegressionData& data, int jobs);
-RegressorPtr make_gaussian_process(const RegressorState& state);
+extern const RegressionMethod kGaussianProcess;
+
+/// The regressor that a state was taken from: it predicts the same to the last bit. Errors: fault_of(data); a
+/// hyper-parameter missing or out of its range, which the sentence names.
+std::expected<RegressorPtr, std::string> restore_gaussian_process(const RegressorState& state);
 
 }  // namespace truepose

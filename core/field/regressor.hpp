@@ -1,17 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <cstdint>
 #include <expected>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
-
-#include "core/named.hpp"
 
 namespace truepose {
 
@@ -28,40 +25,30 @@ struct RegressionData {
   std::vector<int> groups;  ///< of each point: those of one group are left out together; empty = each its own
 };
 
-enum class RegressorKind { GaussianProcess, Kriging, InverseDistance, MovingLeastSquares, NeuralNetwork };
+/// Nothing where the data can be fitted, else what is wrong with them, as a sentence: fewer than four points,
+/// shapes that do not match, too many features or targets, numbers that are not finite.
+std::optional<std::string> fault_of(const RegressionData& data);
 
-inline constexpr std::array kAllRegressors{RegressorKind::GaussianProcess, RegressorKind::Kriging,
-                                           RegressorKind::InverseDistance, RegressorKind::MovingLeastSquares,
-                                           RegressorKind::NeuralNetwork};
+/// Numbers of the groups of N points: 0 .. G - 1 in ascending order of the groups' own. Empty = each its own.
+std::vector<int> group_numbers(const std::vector<int>& groups, Eigen::Index points);
 
-inline constexpr std::array kRegressorNames{
-    Named{"gp", RegressorKind::GaussianProcess}, Named{"kriging", RegressorKind::Kriging},
-    Named{"idw", RegressorKind::InverseDistance}, Named{"mls", RegressorKind::MovingLeastSquares},
-    Named{"nn", RegressorKind::NeuralNetwork}};
+/// Hyper-parameters by name, as the method that found them describes them.
+using Hyper = std::map<std::string, double>;
 
-std::string_view name_of(RegressorKind kind);
-std::optional<RegressorKind> regressor_kind(std::string_view name);
-
-/// What a choice of residual fields is called: "none", "auto" (cross-validation chooses among those that know
-/// how well they predict) or one kind.
-std::vector<std::string_view> residual_names();
-/// The kinds that such a name stands for. Nothing for any other name.
-std::optional<std::vector<RegressorKind>> residual_kinds(std::string_view name);
-
-/// All that a fitted regressor is, as plain numbers: written to a file and restored, it predicts the same to
-/// the last bit.
+/// What a fitted regressor is made of.
 struct RegressorState {
-  RegressorKind kind = RegressorKind::GaussianProcess;
-  Eigen::MatrixXd X;                    ///< N x d, of the fit
-  Eigen::MatrixXd Y;                    ///< N x m
-  std::map<std::string, double> hyper;  ///< by name, all of them needed
-  std::vector<double> weights;          ///< of the neural network; empty for the others
+  Eigen::MatrixXd X;  ///< N x d, of the fit
+  Eigen::MatrixXd Y;  ///< N x m
+  Hyper hyper;
 };
 
 /// A field fitted to data. It is zero far from the data, however it was fitted.
 class Regressor {
  public:
+  explicit Regressor(RegressorState state) : state_{std::move(state)} {}
   virtual ~Regressor() = default;
+  Regressor(const Regressor&) = delete;
+  Regressor& operator=(const Regressor&) = delete;
 
   /// The targets expected at features `x` (d) into `y` (m). Does not allocate.
   virtual void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
@@ -72,37 +59,32 @@ class Regressor {
   virtual Eigen::VectorXd variance(const Eigen::Ref<const Eigen::VectorXd>& x) const;
 
   /// Variance of a measured target about what is expected of it, per target: noise, and what changes too fast
-  /// to be predicted. Zero where the method tells none.
+  /// to be predicted. Zero where the method does not know.
   virtual Eigen::VectorXd noise() const;
 
   /// How many parameters of each target it is worth: the trace of the matrix that makes predictions at the
   /// poses of the fit of the targets there. Nothing where the method has none.
   virtual std::optional<double> freedom() const { return std::nullopt; }
 
-  virtual RegressorState state() const = 0;
+  const RegressorState& state() const { return state_; }
 
- protected:
-  Regressor() = default;
-  Regressor(const Regressor&) = default;
-  Regressor& operator=(const Regressor&) = default;
+ private:
+  RegressorState state_;
 };
 
 using RegressorPtr = std::shared_ptr<const Regressor>;
 
-/// Fits a regressor, its hyper-parameters included, always the same for the same data.
-///
-/// @param jobs  threads; the result is the same with any number
-/// Errors, as a sentence: fewer than four points, shapes that do not match, too many features or targets,
-/// numbers that are not finite.
-std::expected<RegressorPtr, std::string> fit_regressor(RegressorKind kind, const RegressionData& data,
-                                                       int jobs = 1);
+/// A method of regression, for data without a fault. Always the same for the same data.
+struct RegressionMethod {
+  std::string_view name;
+  /// Fits, hyper-parameters included, on so many threads; the result is the same with any number.
+  RegressorPtr (*fit)(const RegressionData& data, int jobs);
+  /// The same with hyper-parameters found before, on these or other data.
+  RegressorPtr (*refit)(const Hyper& hyper, const RegressionData& data);
+};
 
-/// The same with hyper-parameters found before, on these or other data.
-std::expected<RegressorPtr, std::string> refit_regressor(const RegressorState& like,
-                                                         const RegressionData& data);
-
-/// The regressor that a state was taken from. Errors: as fit_regressor(); a hyper-parameter missing or out of
-/// its range, which the sentence names.
-std::expected<RegressorPtr, std::string> restore_regressor(const RegressorState& state);
+/// Errors: fault_of().
+std::expected<RegressorPtr, std::string> fit_regressor(const RegressionMethod& method,
+                                                       const RegressionData& data, int jobs = 1);
 
 }  // namespace truepose

@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "core/identify/identification.hpp"
-#include "core/identify/particle_swarm.hpp"
 #include "core/identify/placement.hpp"
 #include "core/identify/robust_fit.hpp"
 #include "core/identify/station_start.hpp"
@@ -95,8 +94,6 @@ CalibratedCell coarse_start(const Identification& id) {
   const CalibrateOptions& options = id.options;
   const std::vector<Measurement>& points = id.points.points();
   if (options.start) return *options.start;
-  if (options.method == CalibrationMethod::ParticleSwarm)
-    return particle_swarm_start(id.nominal, id.data.smr_names, points);
   if (reweighs(options.loss))
     return robust_start(id.nominal, id.data.smr_names, points, id.points.whitening());
   return placement(id.nominal, id.data.smr_names, points);
@@ -122,7 +119,7 @@ std::optional<CalibrationError> fit_base_and_reflectors(Identification& id) {
     id.points.weigh(start, Loss::Tukey, robust_fit(start, problem).sigma_mm);
     problem.W = id.points.weighted_whitening();
   }
-  FitResult fit = solve(id.options, start, problem, id.options.max_coarse_iterations);
+  FitResult fit = solve(start, problem, id.options.max_coarse_iterations);
   if (auto error = base_turn_open(id, fit.cell, problem)) return error;
   if (auto error = turns_contradict(id, fit.cell)) return error;
   id.result.coarse = fit.cell;

@@ -14,22 +14,11 @@ namespace {
 constexpr double kPoorTransfer = 4;
 constexpr int kWidthEstimates = 4;
 
-/// Parameters that are fitted where nothing but the data is known of them.
-std::vector<int> free_of(const CalibrateOptions& options, const Identifiability& known, int size) {
-  const bool two_stage =
-      options.method == CalibrationMethod::TwoStage || options.method == CalibrationMethod::GaussNewton;
-  return two_stage ? known.kept : first_parameters(size);
-}
-
-bool prior_allowed(const CalibrateOptions& options) {
-  return options.method != CalibrationMethod::Ridge && options.prior != PriorUse::Off;
-}
-
 /// Whether the points alone give more equations than parameters to fit.
 bool determined(const Identification& id) { return id.points.equations() > id.result.rank; }
 
 bool prior_wanted(const Identification& id) {
-  if (!prior_allowed(id.options)) return false;
+  if (id.options.prior == PriorUse::Off) return false;
   if (id.options.prior == PriorUse::On || !determined(id)) return true;
   // What acts through less than the noise wanders without an end: it keeps to the data sheet.
   if (!id.fit.converged) return true;
@@ -51,7 +40,7 @@ Eigen::MatrixXd use_prior(Identification& id) {
     const TrustedProblem trusted = trusted_problem(id);
     const LikelyScale likely = most_likely_scale(id.fit.cell, trusted.problem, expected);
     id.problem.prior = prior_of(nominal, id.problem.prior, likely);
-    id.fit = solve(id.options, id.fit.cell, id.problem, id.options.max_fine_iterations);
+    id.fit = solve(id.fit.cell, id.problem, id.options.max_fine_iterations);
     id.result.fine_iterations += id.fit.iterations;
     id.result.prior_scale = *likely.links;
   }
@@ -67,8 +56,8 @@ std::optional<CalibrationError> judge_poses(Identification& id) {
   id.result.rank = known.rank;
   id.result.rank_gap = known.gap;
   id.identified = known.kept;
-  id.problem.free = free_of(id.options, known, layout.size());
-  if (determined(id) || prior_allowed(id.options)) return std::nullopt;
+  id.problem.free = known.kept;
+  if (determined(id) || id.options.prior != PriorUse::Off) return std::nullopt;
   const int equations = id.points.equations();
   return CalibrationError{CalibrationFault::TooFewPoses,
                           std::to_string(equations / 3) + " points give " + std::to_string(equations) +
@@ -93,14 +82,10 @@ void describe_known(Identification& id, const Eigen::MatrixXd& J) {
 
 std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighing) {
   if (auto error = judge_poses(id)) return error;
-  if (id.options.method == CalibrationMethod::Ridge) {
-    id.problem.prior = ridge_prior(id.result.coarse, id.problem, id.options.prior_scale);
-  }
   Eigen::MatrixXd seen;
   if (determined(id)) {
-    id.fit = weighing == Weighing::Anew
-                 ? fit_under_loss(id, id.result.coarse)
-                 : solve(id.options, id.result.coarse, id.problem, id.options.max_fine_iterations);
+    id.fit = weighing == Weighing::Anew ? fit_under_loss(id, id.result.coarse)
+                                        : solve(id.result.coarse, id.problem, id.options.max_fine_iterations);
     id.result.fine_iterations = id.fit.iterations;
     id.result.fine_rms_mm = id.fit.rms_mm;
     seen = assess(id);

@@ -17,14 +17,6 @@ namespace {
 
 constexpr int kMaxReweightings = 20;
 constexpr int kMaxRounds = 4;
-constexpr int kDampedIterations = 4;  // for each whole one: they are smaller
-
-/// Appends a fit that started where the other ended.
-FitResult joined(FitResult first, FitResult then) {
-  then.iterations += first.iterations;
-  then.rms_mm.insert(then.rms_mm.begin(), first.rms_mm.begin(), first.rms_mm.end());
-  return then;
-}
 
 FitResult reweighted_fit(Identification& id, const CalibratedCell& start) {
   LeastSquaresProblem unweighted = id.problem;
@@ -36,39 +28,22 @@ FitResult reweighted_fit(Identification& id, const CalibratedCell& start) {
     const bool changed = id.points.weigh(fit.cell, id.options.loss, robust.sigma_mm);
     if (i > 0 && !changed) break;
     id.points.weigh(id.problem);
-    fit = joined(fit, solve(id.options, fit.cell, id.problem, id.options.max_fine_iterations));
+    fit = joined(fit, solve(fit.cell, id.problem, id.options.max_fine_iterations));
   }
   return fit;
 }
 
 }  // namespace
 
-Identification::Identification(const RobotModel& arm, const MeasurementData& measured,
-                               const CalibrateOptions& wanted)
-    : nominal{arm},
-      data{measured},
-      options{wanted},
-      points{points_of(data, PoseSet::Identify), options.noise} {
-  result.method = options.method;
-}
-
-FitResult solve(const CalibrateOptions& options, const CalibratedCell& start,
-                const LeastSquaresProblem& problem, int max_iterations) {
-  if (options.method == CalibrationMethod::LevenbergMarquardt)
-    return levenberg_marquardt(start, problem, {.max_iterations = max_iterations});
-  FitResult fit = gauss_newton(
-      start, problem,
-      {.max_iterations = max_iterations, .line_search = options.method != CalibrationMethod::GaussNewton});
-  if (fit.converged || options.method == CalibrationMethod::GaussNewton) return fit;
-  // Poses that leave much open make long curved valleys, where whole steps must be cut to nearly nothing.
-  FitResult damped =
-      levenberg_marquardt(fit.cell, problem, {.max_iterations = kDampedIterations * max_iterations});
-  return joined(std::move(fit), std::move(damped));
-}
+Identification::Identification(RobotModel arm, MeasurementData measured, CalibrateOptions wanted)
+    : nominal{std::move(arm)},
+      data{std::move(measured)},
+      options{std::move(wanted)},
+      points{points_of(data, PoseSet::Identify), options.noise} {}
 
 FitResult fit_under_loss(Identification& id, const CalibratedCell& start) {
   if (reweighs(id.options.loss)) return reweighted_fit(id, start);
-  return solve(id.options, start, id.problem, id.options.max_fine_iterations);
+  return solve(start, id.problem, id.options.max_fine_iterations);
 }
 
 TrustedProblem trusted_problem(const Identification& id) {
@@ -184,19 +159,6 @@ std::optional<CalibrationError> fit_deviations(Identification& id) {
 
 namespace {
 
-/// The best of several kinds where it helps; a single one whether it helps or not.
-std::expected<RegressorSelection, std::string> choose_regressor(const RegressionData& data,
-                                                                const CalibrateOptions& options) {
-  const std::vector<RegressorKind>& kinds = options.residual;
-  auto selection = select_regressor(data, kinds, {.jobs = options.jobs});
-  if (!selection || selection->regressor || kinds.size() > 1) return selection;
-  auto asked = fit_regressor(kinds.front(), data);
-  if (!asked) return std::unexpected(asked.error());
-  selection->kind = kinds.front();
-  selection->regressor = std::move(*asked);
-  return selection;
-}
-
 /// By how much the variance of a field is larger than its regressor says. The parameters have taken their
 /// part of what it is fitted to, and where few poses told its hyper-parameters, it may be surer of itself
 /// than it is of poses that it did not see.
@@ -241,26 +203,24 @@ std::vector<Eigen::Vector3d> unseen_errors(const Identification& id, const std::
 
 }  // namespace
 
-std::optional<CalibrationError> fit_residual(Identification& id) {
+std::optional<CalibrationError> fit_field(Identification& id) {
   const std::vector<Measurement> trusted = id.points.trusted_points();
   const std::vector<bool> made_of = makes_field(trusted);
   std::vector<Measurement> points;
   for (std::size_t i = 0; i < trusted.size(); ++i)
     if (made_of[i]) points.push_back(trusted[i]);
   const FieldData data = field_data(id.fit.cell, points);
-  auto selection = choose_regressor(data.regression, id.options);
-  if (!selection)
-    return CalibrationError{CalibrationFault::TooFewPoses, "residual field: " + selection.error()};
-  if (selection->regressor) {
-    const auto chosen = std::ranges::find(selection->tried, *selection->kind, &CrossValidation::kind);
-    const auto field = std::make_shared<RegressionField>(id.fit.cell.robot, selection->regressor, data.p_F_mm,
-                                                         variance_factor(id, *chosen));
-    const auto seen_mm = errors_with(chosen->predicted, *field, id.fit.cell, points);
+  auto choice = choose_field(data.regression, id.options.field, {.jobs = id.options.jobs});
+  if (!choice) return CalibrationError{CalibrationFault::TooFewPoses, "residual field: " + choice.error()};
+  if (choice->chosen) {
+    const auto field = std::make_shared<RegressionField>(id.fit.cell.robot, choice->regressor, data.p_F_mm,
+                                                         variance_factor(id, choice->tried));
+    const auto seen_mm = errors_with(choice->tried.predicted, *field, id.fit.cell, points);
     id.fit.cell.robot.field = field;
     id.unseen_mm = unseen_errors(id, made_of, seen_mm);
-    assess_field(id, *selection->regressor);
+    assess_field(id, *choice->regressor);
   }
-  id.result.residual = std::move(*selection);
+  id.result.field = *std::move(choice);
   return std::nullopt;
 }
 

@@ -9,13 +9,14 @@
 
 namespace truepose {
 
-/// One identification: what each of its stages leaves for the next. Keeps references to its arguments.
+/// One identification: what each of its stages leaves for the next. May be moved, but not copied: its problem
+/// points into its points.
 struct Identification {
-  Identification(const RobotModel& arm, const MeasurementData& measured, const CalibrateOptions& wanted);
+  Identification(RobotModel arm, MeasurementData measured, CalibrateOptions wanted);
 
-  const RobotModel& nominal;
-  const MeasurementData& data;
-  const CalibrateOptions& options;
+  RobotModel nominal;
+  MeasurementData data;
+  CalibrateOptions options;
   WeightedPoints points;  ///< those to identify
   LeastSquaresProblem problem;
   std::vector<int> identified;  ///< independent parameters of the geometry
@@ -44,12 +45,8 @@ std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighi
 /// one trusts. Errors: those of fit_geometry().
 std::optional<CalibrationError> fit_deviations(Identification& id);
 /// A field over what is left, and what it leaves in its turn. Errors: TooFewPoses.
-std::optional<CalibrationError> fit_residual(Identification& id);
+std::optional<CalibrationError> fit_field(Identification& id);
 /// @}
-
-/// Solves by the method of the options.
-FitResult solve(const CalibrateOptions& options, const CalibratedCell& start,
-                const LeastSquaresProblem& problem, int max_iterations);
 
 /// Solves `id.problem` from a cell, under any loss but the squared one by the robust chain: weights from a
 /// redescending fit, then the plain fit under these weights.

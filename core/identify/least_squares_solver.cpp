@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/identify/calibrated_cell.hpp"
 #include "core/identify/identifiability.hpp"
@@ -15,14 +16,6 @@ namespace {
 
 /// Part of the RMS residual below which a change of the predicted points means nothing.
 constexpr double kNegligible = 1e-5;
-
-/// Smallest dx with min |f + J dx|, columns scaled to unit norm. Minus, where the paper prints plus: f =
-/// model - measured.
-Eigen::VectorXd least_squares_step(const LinearSystem& system) {
-  const Eigen::VectorXd norm = column_norms(system.J);
-  const Eigen::MatrixXd unit = system.J * norm.cwiseInverse().asDiagonal();
-  return -norm.cwiseInverse().cwiseProduct(smallest_solution(unit, system.f, kRankTolerance));
-}
 
 /// Whole steps. Does not allocate inside an iteration.
 std::optional<FitResult> by_normal_equations(const CalibratedCell& start, const LeastSquaresProblem& problem,
@@ -71,11 +64,6 @@ FitResult by_orthogonal_factors(const CalibratedCell& start, const LeastSquaresP
       result.converged = true;
       return result;
     }
-    if (!options.line_search) {
-      result.cell = moved(result.cell, direction);
-      system = linearise(result.cell, problem);
-      continue;
-    }
     LinearSystem next;
     const auto line = [&](double length) {
       next = linearise(moved(result.cell, length * direction), problem);
@@ -96,6 +84,12 @@ FitResult by_orthogonal_factors(const CalibratedCell& start, const LeastSquaresP
 }
 
 }  // namespace
+
+Eigen::VectorXd least_squares_step(const LinearSystem& system) {
+  const Eigen::VectorXd norm = column_norms(system.J);
+  const Eigen::MatrixXd unit = system.J * norm.cwiseInverse().asDiagonal();
+  return -norm.cwiseInverse().cwiseProduct(smallest_solution(unit, system.f, kRankTolerance));
+}
 
 bool ends_fit(double change_mm, double rms_mm, const GaussNewtonOptions& options) {
   return change_mm < std::max(options.tolerance_mm, 1e-6 * rms_mm);
@@ -119,6 +113,7 @@ namespace {
 constexpr double kFirstDamping = 1e-3;
 constexpr double kLeastDamping = 1e-14;  // below rounding of the normal matrix at unit diagonal
 constexpr double kMostDamping = 1e12;
+constexpr int kDampedIterations = 4;  // for each whole one: they are smaller
 
 }  // namespace
 
@@ -164,6 +159,21 @@ FitResult levenberg_marquardt(const CalibratedCell& start, const LeastSquaresPro
     }
   }
   return result;
+}
+
+FitResult joined(FitResult first, FitResult then) {
+  then.iterations += first.iterations;
+  then.rms_mm.insert(then.rms_mm.begin(), first.rms_mm.begin(), first.rms_mm.end());
+  return then;
+}
+
+FitResult solve(const CalibratedCell& start, const LeastSquaresProblem& problem, int max_iterations) {
+  FitResult fit = gauss_newton(start, problem, {.max_iterations = max_iterations});
+  if (fit.converged) return fit;
+  // Poses that leave much open make long curved valleys, where whole steps must be cut to nearly nothing.
+  FitResult damped =
+      levenberg_marquardt(fit.cell, problem, {.max_iterations = kDampedIterations * max_iterations});
+  return joined(std::move(fit), std::move(damped));
 }
 
 }  // namespace truepose

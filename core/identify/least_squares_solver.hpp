@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -12,8 +13,11 @@ struct GaussNewtonOptions {
   int max_iterations = 200;
   /// Converged once the next step would change the predicted points by less than this (RMS, mm).
   double tolerance_mm = 1e-8;
-  bool line_search = true;  ///< false: every step is taken whole (for comparison)
 };
+
+/// Smallest dx with min |f + J dx|, columns scaled to unit norm. Minus, where the paper prints plus: f =
+/// model - measured.
+Eigen::VectorXd least_squares_step(const LinearSystem& system);
 
 /// Whether a step that changes the predicted points by so much (RMS) ends a fit.
 bool ends_fit(double change_mm, double rms_mm, const GaussNewtonOptions& options = {});
@@ -51,10 +55,16 @@ std::optional<FitResult> gauss_newton_by(StepSolver solver, const CalibratedCell
                                          const kernels::Kernels& code = kernels::best());
 
 /// Fits the free parameters by damped steps, the damping scaled by the columns' norms and steered by the
-/// ratio of actual to predicted decrease. For comparison: it needs no line search and tolerates dependent
-/// columns. Converged as gauss_newton(). Source: Marquardt 1963; More, The Levenberg-Marquardt algorithm,
+/// ratio of actual to predicted decrease. It needs no line search and tolerates dependent columns. Converged
+/// as gauss_newton(). Source: Marquardt 1963; More, The Levenberg-Marquardt algorithm,
 /// 1978; Nielsen, Damping parameter in Marquardt's method, 1999.
 FitResult levenberg_marquardt(const CalibratedCell& start, const LeastSquaresProblem& problem,
                               const GaussNewtonOptions& options = {});
+
+/// Fits the free parameters: gauss_newton(), and levenberg_marquardt() from where it ends without converging.
+FitResult solve(const CalibratedCell& start, const LeastSquaresProblem& problem, int max_iterations);
+
+/// Appends a fit that started where the other ended.
+FitResult joined(FitResult first, FitResult then);
 
 }  // namespace truepose

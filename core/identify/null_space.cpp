@@ -138,7 +138,8 @@ Combination in_words(const Group& group, const GroupedNames& names) {
     return {all, listed(names, all) + (one ? " does" : " do") + " not show in these poses"};
   }
   if (group.partners.size() > 1) {
-    return {all, listed(names, group.dispensable) + " cannot be separated from " + listed(names, group.partners)};
+    return {all,
+            listed(names, group.dispensable) + " cannot be separated from " + listed(names, group.partners)};
   }
   const auto near = [&](double ratio) {
     return std::ranges::all_of(group.ratios, [=](double r) { return std::abs(r - ratio) < kNamed; });

@@ -2,18 +2,15 @@
 
 #include <array>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibrate_options.hpp"
 #include "core/named.hpp"
 
 namespace truepose {
 
-inline constexpr std::array kMethodNames{
-    Named{"two-stage", CalibrationMethod::TwoStage},
-    Named{"least-squares", CalibrationMethod::LeastSquares},
-    Named{"gauss-newton", CalibrationMethod::GaussNewton},
-    Named{"levenberg-marquardt", CalibrationMethod::LevenbergMarquardt},
-    Named{"ridge", CalibrationMethod::Ridge},
-    Named{"particle-swarm", CalibrationMethod::ParticleSwarm},
+inline constexpr std::array kFieldNames{
+    Named{"none", FieldUse::None},
+    Named{"auto", FieldUse::Auto},
+    Named{"gp", FieldUse::Always},
 };
 inline constexpr std::array kLossNames{
     Named{"outlier-rejection", Loss::OutlierRejection},

@@ -127,12 +127,12 @@ NewtonStep newton_step(const Form& Q, const Eigen::Matrix3d& M, double damping) 
 
 /// The minimum below M.
 Candidate descended(const Form& Q, const Eigen::Matrix3d& M) {
-  constexpr int kMostSteps = 100;
+  constexpr int kMostDampedSteps = 100;
   constexpr double kExhausted = 1e-14;  // of the error with no rotation at all
   const double unit = Q.diagonal().head<9>().maxCoeff();
   Candidate here{M, error_of(Q, entries_of(M))};
   double damping = 0;
-  for (int i = 0; i < kMostSteps && damping < 1e3 * unit; ++i) {
+  for (int i = 0; i < kMostDampedSteps && damping < 1e3 * unit; ++i) {
     const NewtonStep step = newton_step(Q, here.M, damping);
     const Eigen::Matrix3d turned = rotation_by(step.turn) * here.M;
     const double error = error_of(Q, entries_of(turned));
@@ -186,11 +186,11 @@ std::optional<Candidate> certain_minimum(const Form& Q, PlacementSearch search) 
 /// The lowest minimum below the best of rotations all around. Six descents have always found it, so a third
 /// more are made.
 Candidate searched_minimum(const Form& Q) {
-  constexpr std::ptrdiff_t kDescents = 8;
+  constexpr std::ptrdiff_t kBestStarts = 8;
   std::vector<Candidate> starts;
   for (const Eigen::Matrix3d& M : rotations_all_around()) starts.push_back({M, error_of(Q, entries_of(M))});
-  std::ranges::partial_sort(starts, starts.begin() + kDescents, {}, &Candidate::error);
-  starts.resize(kDescents);
+  std::ranges::partial_sort(starts, starts.begin() + kBestStarts, {}, &Candidate::error);
+  starts.resize(kBestStarts);
   for (Candidate& start : starts) start = descended(Q, start.M);
   return *std::ranges::min_element(starts, {}, &Candidate::error);
 }

@@ -21,10 +21,4 @@ struct PriorScale {
 /// @param sigma_mm  standard deviation of one coordinate of a whitened residual
 Prior prior_of(const CalibratedCell& nominal, const PriorScale& scale, double sigma_mm);
 
-/// The prior whose strength generalised cross-validation chooses in the problem linearised at `cell`.
-///
-/// Source: Golub, Heath, Wahba, Generalized cross-validation as a method for choosing a good ridge parameter,
-/// 1979.
-Prior ridge_prior(const CalibratedCell& cell, const LeastSquaresProblem& problem, const PriorScale& scale);
-
 }  // namespace truepose

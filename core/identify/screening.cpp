@@ -182,7 +182,6 @@ std::vector<RejectedPoint> unexplained(std::vector<RejectedPoint> far, const std
 std::vector<RejectedPoint> gross_errors(const RobotModel& nominal, const MeasurementData& data,
                                         const CalibrateOptions& options) {
   CalibrateOptions judging = options;
-  judging.method = CalibrationMethod::TwoStage;
   judging.loss = Loss::Tukey;
   judging.non_geometric = true;
   Identification judge(nominal, data, judging);

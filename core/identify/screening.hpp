@@ -3,7 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibrate_options.hpp"
+#include "core/identify/calibration.hpp"
 
 namespace truepose {
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/identify/identification.hpp"
 #include "core/identify/measurement_model.hpp"
 #include "core/identify/open_warmth.hpp"
 #include "core/identify/screening.hpp"
@@ -16,7 +15,6 @@
 namespace truepose {
 namespace {
 
-constexpr int kThermalRounds = 2;
 constexpr double kOwnPart =
     1e-9;  // of a column's squares: what the parameters do not take up of it is rounding
 constexpr int kFewestPoses = 40;  // of which warmth is looked for that nobody told of
@@ -187,10 +185,12 @@ struct Warmed {
 };
 
 /// The next step of the response from the points as it leaves them.
+///
+/// @param by_clock  as of physical_weights()
 Fit fitted(const System& system, std::span<const Measurement> points, const ThermalBasis& basis,
-           const Warmed& warmed) {
-  return fitted(system, thermal_columns(system, points, basis.cell, warmed.response), basis.sigma0_mm,
-                physical_weights(basis.cell.robot, warmed.clock.has_value()), warmed.response.per_kelvin);
+           const ThermalResponse& response, bool by_clock) {
+  return fitted(system, thermal_columns(system, points, basis.cell, response), basis.sigma0_mm,
+                physical_weights(basis.cell.robot, by_clock), response.per_kelvin);
 }
 
 Warmed by_temperatures(const ThermalBasis& basis, const MeasurementData& data, const System& system) {
@@ -199,7 +199,7 @@ Warmed by_temperatures(const ThermalBasis& basis, const MeasurementData& data, c
       .response = no_response(basis.cell.robot, mean_temperatures_c(points_of(data, PoseSet::Identify))),
       .clock = {},
       .fit = {}};
-  warmed.fit = fitted(system, system.points, basis, warmed);
+  warmed.fit = fitted(system, system.points, basis, warmed.response, false);
   return warmed;
 }
 
@@ -223,7 +223,7 @@ Warmed by_clock(const ThermalBasis& basis, const MeasurementData& data, const Sy
                 .response = no_response(basis.cell.robot, reference),
                 .clock = clock,
                 .fit = {}};
-    next.fit = fitted(system, taking_part(next.data, basis.rejected), basis, next);
+    next.fit = fitted(system, taking_part(next.data, basis.rejected), basis, next.response, true);
     all.push_back(std::move(next));
   }
   const auto left = [](const Warmed& each) { return rms(each.fit.left_out2); };
@@ -312,18 +312,8 @@ bool is_sought(const ThermalBasis& basis, const MeasurementData& data, ThermalUs
 
 }  // namespace
 
-void inflate(Calibration& made, const Eigen::MatrixXd& inflation) {
-  for (std::size_t k = 0; k < made.parameters.size(); ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    const double before = made.covariance(i, i);
-    if (before > 0) made.parameters[k].sigma *= std::sqrt(1 + inflation(i, i) / before);
-  }
-  made.covariance += inflation;
-}
-
-std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_response(
-    ThermalBasis basis, const MeasurementData& data, const CalibrateOptions& options,
-    const IdentifyAtReference& identify) {
+std::optional<ThermalStage> thermal_stage(const ThermalBasis& basis, const MeasurementData& data,
+                                          const CalibrateOptions& options) {
   if (!is_sought(basis, data, options.thermal)) return std::nullopt;
   const bool by_time = options.thermal == ThermalUse::Time ||
                        (options.thermal == ThermalUse::Auto && !tells_temperatures(data));
@@ -332,32 +322,45 @@ std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_respon
   if (unasked && !may_have_warmed_up(basis, data, system)) return std::nullopt;
   leave_out(system);
   Warmed warmed = by_time ? by_clock(basis, data, system) : by_temperatures(basis, data, system);
-  ThermalStage stage{.choice = {.response = {},
-                                .clock = warmed.clock,
-                                .without_rms_mm = rms(system.left_out2),
-                                .rms_mm = rms(warmed.fit.left_out2)},
-                     .inflation = {}};
   if (unasked && !beyond_doubt(warmed, basis, system)) return std::nullopt;
-  if (standard_errors_gained(system.left_out2, warmed.fit.left_out2) <= kBeyondChance) return stage;
-  ThermalResponse& response = warmed.response;
-  response.per_kelvin = warmed.fit.step;
-  for (int round = 0; round < kThermalRounds; ++round) {
-    MeasurementData there = at_reference(warmed.data, basis.cell, response);
-    if (warmed.clock) there = with_open_warmth(std::move(there), basis.cell, response, basis.sigma0_mm);
-    const bool last = round + 1 == kThermalRounds;
-    auto next = identify(there, last ? Screening::Anew : Screening::Kept);
-    if (!next) return std::unexpected(next.error());
-    basis = *std::move(next);
-    system = system_of(basis, there, options.noise);
-    leave_out(system);
-    warmed.fit = fitted(system, system.points, basis, warmed);
-    response.per_kelvin += warmed.fit.step;
+  warmed.response.per_kelvin = warmed.fit.step;
+  return ThermalStage{.pays = standard_errors_gained(system.left_out2, warmed.fit.left_out2) > kBeyondChance,
+                      .data = std::move(warmed.data),
+                      .response = std::move(warmed.response),
+                      .clock = warmed.clock,
+                      .inflation = {},
+                      .without_rms_mm = rms(system.left_out2),
+                      .rms_mm = rms(warmed.fit.left_out2)};
+}
+
+MeasurementData at_reference(const ThermalStage& stage, const ThermalBasis& basis) {
+  MeasurementData there = at_reference(stage.data, basis.cell, stage.response);
+  if (!stage.clock) return there;
+  return with_open_warmth(std::move(there), basis.cell, stage.response, basis.sigma0_mm);
+}
+
+void refine(ThermalStage& stage, const ThermalBasis& basis, const MeasurementData& there,
+            const CalibrateOptions& options) {
+  System system = system_of(basis, there, options.noise);
+  leave_out(system);
+  Fit fit = fitted(system, system.points, basis, stage.response, stage.clock.has_value());
+  stage.response.per_kelvin += fit.step;
+  stage.response.covariance = std::move(fit.covariance);
+  stage.inflation = std::move(fit.inflation);
+  stage.rms_mm = rms(fit.left_out2);
+}
+
+void add_thermal_choice(const ThermalStage& stage, Calibration& made) {
+  made.thermal = {
+      .response = {}, .clock = stage.clock, .without_rms_mm = stage.without_rms_mm, .rms_mm = stage.rms_mm};
+  if (!stage.pays) return;
+  made.thermal->response = stage.response;
+  for (std::size_t k = 0; k < made.parameters.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const double before = made.covariance(i, i);
+    if (before > 0) made.parameters[k].sigma *= std::sqrt(1 + stage.inflation(i, i) / before);
   }
-  response.covariance = warmed.fit.covariance;
-  stage.inflation = warmed.fit.inflation;
-  stage.choice.rms_mm = rms(warmed.fit.left_out2);
-  stage.choice.response = std::move(response);
-  return stage;
+  made.covariance += stage.inflation;
 }
 
 }  // namespace truepose

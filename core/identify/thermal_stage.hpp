@@ -1,14 +1,15 @@
 #pragma once
 
-#include <expected>
-#include <functional>
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibrate_options.hpp"
+#include "core/identify/calibration.hpp"
 
 namespace truepose {
 
-/// What the arm's answer to warmth is sought beside: an identification without a residual field, which could
-/// take warmth for something of the poses.
+/// An identification without a residual field, which could take warmth for something of the poses.
 struct ThermalBasis {
   CalibratedCell cell;
   Eigen::MatrixXd covariance;  ///< of its parameters
@@ -16,40 +17,42 @@ struct ThermalBasis {
   std::vector<RejectedPoint> rejected;  ///< points that take no part
 };
 
-/// What became of it.
+/// The arm's answer to warmth, identified in turn with everything else: points are brought to the reference
+/// temperatures by it and identified from as if the arm had stood there; then it is fitted to what that
+/// leaves, together with all parameters. The two meet within noise after two rounds, as both are nearly
+/// linear. The covariance is that of both together.
 struct ThermalStage {
-  ThermalChoice choice;
-  Eigen::MatrixXd inflation;  ///< to be added to the parameters' covariance, as the response is not known
-                              ///< exactly; empty where none was kept
+  bool pays = false;         ///< points are predicted better with it, beyond chance, each by the others
+  MeasurementData data;      ///< all points, with their warmth as temperatures
+  ThermalResponse response;  ///< as known so far
+  std::optional<WarmUpClock> clock;
+  Eigen::MatrixXd inflation;  ///< to be added to the parameters' covariance for what the response leaves open
+  double without_rms_mm = 0, rms_mm = 0;  ///< as ThermalChoice
 };
 
-/// Whether points are screened by what they say at the reference, or those are left out that were before.
-enum class Screening { Anew, Kept };
-
-/// Identifies the parameters from points at the reference.
-using IdentifyAtReference =
-    std::function<std::expected<ThermalBasis, CalibrationError>(const MeasurementData&, Screening)>;
-
-/// Identifies how the arm answers to warmth, together with all that `identify` does, where that pays.
-///
-/// Points are brought to the reference temperatures by the response and identified from as if the arm had
-/// stood there; the response is fitted to what that leaves, beside all parameters, and so on in turn: the two
-/// meet within noise after two rounds, as both are nearly linear. Points are screened anew in the last, which
-/// alone knows warmth well enough to tell it from a gross error. The covariance is that of both together.
-/// Whether it pays is asked of each point as the others predict it.
+/// Seeks it in what a first identification leaves.
 ///
 /// Under ThermalUse::Auto warmth by time or order is kept only where it pays beyond doubt, where it is not
 /// the joints themselves that it follows, and where no base that moved in the same way explains the points as
 /// well.
 ///
-/// @param basis     identified from `data` as it is
-/// @return nothing where no point tells warmth
-/// Errors: those of `identify`.
-std::expected<std::optional<ThermalStage>, CalibrationError> with_thermal_response(
-    ThermalBasis basis, const MeasurementData& data, const CalibrateOptions& options,
-    const IdentifyAtReference& identify);
+/// @param basis  identified from `data` as it is
+/// @return nothing where no point shows warmth
+std::optional<ThermalStage> thermal_stage(const ThermalBasis& basis, const MeasurementData& data,
+                                          const CalibrateOptions& options);
 
-/// Adds what the response leaves open to what is known of the parameters.
-void inflate(Calibration& made, const Eigen::MatrixXd& inflation);
+/// The points as an arm at the reference would have shown them.
+MeasurementData at_reference(const ThermalStage& stage, const ThermalBasis& basis);
+
+/// Fits the response again to what an identification at the reference leaves.
+///
+/// @param basis  identified from `there`
+/// @param there  at_reference()
+void refine(ThermalStage& stage, const ThermalBasis& basis, const MeasurementData& there,
+            const CalibrateOptions& options);
+
+/// Adds the choice to a calibration at the reference, and what the response leaves open to what is known of
+/// the parameters.
+void add_thermal_choice(const ThermalStage& stage, Calibration& made);
 
 }  // namespace truepose

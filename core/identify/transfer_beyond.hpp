@@ -1,6 +1,5 @@
 #pragma once
 
-#include "core/identify/calibrate.hpp"
 #include "core/identify/identification.hpp"
 
 namespace truepose {

@@ -20,6 +20,7 @@ class WeightedPoints {
   /// Every point of weight 1.
   WeightedPoints(std::vector<Measurement> points, const std::optional<MeasurementNoise>& noise);
   WeightedPoints(WeightedPoints&&) = default;
+  WeightedPoints& operator=(WeightedPoints&&) = default;
 
   const std::vector<Measurement>& points() const { return points_; }
   const std::vector<Eigen::Matrix3d>& whitening() const { return whitening_; }  ///< empty = identity

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibration.hpp"
 #include "core/identify/measurement.hpp"
 #include "core/named.hpp"
 

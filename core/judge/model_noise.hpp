@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibration.hpp"
 
 namespace truepose {
 

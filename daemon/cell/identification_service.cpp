@@ -39,19 +39,11 @@ void read_named(ParamReader& read, const char* key, const std::array<Named<T>, N
     read.fail(key, "no " + std::string{key} + " \"" + *given + "\"" + renamed(*given, names_of(names)));
 }
 
-void read_residual(ParamReader& read, std::vector<RegressorKind>& residual) {
-  const auto given = read.text("residual");
-  if (!given) return;
-  const auto kinds = residual_kinds(*given);
-  if (kinds) residual = *kinds;
-  if (!kinds) read.fail("residual", "no residual field \"" + *given + "\"");
-}
-
 void read_options(ParamReader& read, config::CellConfig& config) {
   config::CalibrationConfig& options = config.calibration;
   read_named(read, "non_geometric", kNoneOrAuto, options.non_geometric);
   if (auto harmonics = read.integers("harmonics", 1, 10'000, 32)) options.harmonics = *std::move(harmonics);
-  read_residual(read, options.residual);
+  read_named(read, "residual", kFieldNames, options.field);
   read_named(read, "loss", kLossNames, options.loss);
   read_named(read, "prior", kPriorNames, options.prior);
   bool& by_nests = config.campaign.correct_by_nests;

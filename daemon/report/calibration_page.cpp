@@ -60,7 +60,6 @@ std::vector<EmbeddedFile> embedded_files(const json::object& document, const Rep
   add("report.json", document, "everything that is shown here, as truepose report --document reads it");
   if (further.iso9283) add("iso9283.json", *further.iso9283, "the test by ISO 9283");
   if (further.frame) add("frame.json", *further.frame, "the tool or base that was measured");
-  if (further.experiment) add("experiment.json", *further.experiment, "the experiment");
   return files;
 }
 
@@ -124,7 +123,6 @@ std::string render_html(const json::object& json, const FurtherDocuments& furthe
   }
   if (further.frame) body += frame_section(*further.frame);
   if (further.iso9283) body += iso9283_section(*further.iso9283);
-  if (further.experiment) body += experiment_sections(*further.experiment);
   body += raw_data_section(embedded_files(json, document, further));
   return html_page(robot + ": calibration report", body);
 }

@@ -80,13 +80,10 @@ std::string deviation_lines(const LayerSelection& deviation) {
          groups;
 }
 
-std::string residual_lines(const LayerSelection& residual) {
-  for (const LayerChoice& kind : residual.tried) {
-    if (!kind.chosen) continue;
-    return fmt::format("\nResidual field: {}, cross-validated RMS {} mm -> {} mm\n", field_text(kind.name),
-                       error_text(kind.without_mm), error_text(kind.with_mm, kind.standard_error_mm));
-  }
-  return "\nResidual field: none predicts unseen poses better.\n";
+std::string field_lines(const FieldChoice& field) {
+  if (!field.chosen) return "\nResidual field: unseen poses are predicted as well without it.\n";
+  return fmt::format("\nResidual field: Gaussian process, cross-validated RMS {} mm -> {} mm\n",
+                     error_text(field.rms_zero), error_text(field.tried.rms, field.tried.standard_error));
 }
 
 double mean_of(const std::vector<double>& values) {
@@ -153,7 +150,7 @@ std::string turn_lines(const ReportDocument& document) {
 std::string findings(const ReportDocument& document) {
   std::string text = turn_lines(document) + station_lines(document.stations);
   if (document.deviation_layers) text += deviation_lines(*document.deviation_layers);
-  if (document.residual_layers) text += residual_lines(*document.residual_layers);
+  if (document.field) text += field_lines(*document.field);
   if (document.thermal) text += thermal_lines(*document.thermal);
   text += far_lines("Points to identify that were left out", document.rejected) +
           far_lines("Validation points beyond six sigma", document.validation_outliers);
@@ -208,19 +205,6 @@ std::string group_text(std::string_view name) {
   const std::string_view joint = name.substr(5, dot - 5), kind = name.substr(dot + 1);
   if (kind.starts_with("harmonic")) return fmt::format("joint {}, harmonic {}", joint, kind.substr(8));
   return fmt::format("joint {}, {}", joint, kind);
-}
-
-std::string field_text(std::string_view name) {
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kFields{
-      {{"gp", "Gaussian process"},
-       {"kriging", "kriging"},
-       {"idw", "inverse distance"},
-       {"mls", "moving least squares"},
-       {"nn", "neural network"}}};
-  for (const auto& [field, text] : kFields) {
-    if (field == name) return std::string(text);
-  }
-  return std::string(name);
 }
 
 std::string validation_text(const ReportDocument& document) {

@@ -115,7 +115,7 @@ Facts identification_facts(const ReportDocument& document) {
   Facts facts;
   add_texts(facts, document.files);
   facts.emplace_back("Model", xml::escaped(document.model));
-  facts.emplace_back("Method", std::string{name_of(kMethodNames, document.method)});
+  facts.emplace_back("Method", std::string{name_of(record::kMethods, document.method)});
   add_texts(facts, document.options);
   facts.emplace_back("Identified with", counts(document.identify));
   facts.emplace_back("Validated with", document.validate ? counts(*document.validate) : "nothing");

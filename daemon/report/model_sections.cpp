@@ -29,10 +29,8 @@ void add_layer(Table& table, std::string_view name, const LayerChoice& layer, st
             layer.chosen ? "" : "convention");
 }
 
-void add_choices(Table& table, const std::vector<LayerChoice>& choices,
-                 std::string (*title)(std::string_view)) {
-  for (const LayerChoice& choice : choices)
-    add_layer(table, title(choice.name), choice, choice.chosen ? "chosen" : "not chosen", kLayersColor);
+void add_choice(Table& table, std::string_view name, const LayerChoice& choice) {
+  add_layer(table, name, choice, choice.chosen ? "chosen" : "not chosen", kLayersColor);
 }
 
 std::string group_title(std::string_view group) {
@@ -230,7 +228,7 @@ std::string uncertainty_maps(const ReportDocument& document) {
 }  // namespace
 
 std::string layer_section(const ReportDocument& document) {
-  if (!document.deviation_layers && !document.residual_layers) return "";
+  if (!document.deviation_layers && !document.field) return "";
   Table table{"layers", {{}, {"", "text"}, {"without", "first"}, {"with"}, {"gain", "first"}, {"", "gain"}}};
   const StageErrors& judged = document.judged();
   table.group(fmt::format("Geometry, on the {} points", document.judging_name()));
@@ -243,11 +241,16 @@ std::string layer_section(const ReportDocument& document) {
         table, "all chosen together",
         {.name = {}, .chosen = true, .without_mm = deviation->without_mm, .with_mm = deviation->with_mm}, "",
         kLayersColor);
-    add_choices(table, deviation->tried, group_text);
+    for (const LayerChoice& group : deviation->tried) add_choice(table, group_text(group.name), group);
   }
-  if (document.residual_layers) {
+  if (const auto& field = document.field) {
     table.group("Field of the residuals, cross-validated");
-    add_choices(table, document.residual_layers->tried, field_text);
+    add_choice(table, "Gaussian process",
+               {.name = {},
+                .chosen = field->chosen,
+                .without_mm = field->rms_zero,
+                .with_mm = field->tried.rms,
+                .standard_error_mm = field->tried.standard_error});
   }
   return section(
       "What each layer bought",

@@ -13,9 +13,8 @@ namespace truepose::report {
 
 /// Documents that a calibration's page has sections of besides its own; null where there is none.
 struct FurtherDocuments {
-  const boost::json::object* iso9283 = nullptr;     ///< as `truepose iso9283 --json` prints it
-  const boost::json::object* experiment = nullptr;  ///< as `truepose experiment --json` prints it
-  const boost::json::object* frame = nullptr;       ///< as `truepose tool --json` prints it
+  const boost::json::object* iso9283 = nullptr;  ///< as `truepose iso9283 --json` prints it
+  const boost::json::object* frame = nullptr;    ///< as `truepose tool --json` prints it
 };
 
 /// The page of a calibration document. It carries the documents and the measurements for download.
@@ -69,10 +68,6 @@ struct EmbeddedFile {
 /// @param files      what it was evaluated from, for download too
 std::string render_iso9283_html(const boost::json::object& document, const std::string& data_file,
                                 std::vector<EmbeddedFile> files);
-
-/// The page of an experiment document, as `truepose experiment --json` prints it, which it carries for
-/// download.
-std::string render_experiment_html(const boost::json::object& document);
 
 /// What was done for one target: what was added to each joint (deg or mm), and what is left.
 struct CompensationRow {

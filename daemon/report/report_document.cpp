@@ -88,15 +88,6 @@ LayerSelection layers_of(const DeviationChoice& choice) {
   return ranked(std::move(selection));
 }
 
-LayerSelection layers_of(const RegressorSelection& choice) {
-  LayerSelection selection{choice.rms_zero, choice.rms_zero, {}};
-  for (const CrossValidation& kind : choice.tried) {
-    selection.tried.push_back({std::string{name_of(kind.kind)}, kind.kind == choice.kind, choice.rms_zero,
-                               kind.rms, kind.standard_error});
-  }
-  return ranked(std::move(selection));
-}
-
 /// What `f` makes of it, if it exists.
 template <class T, class F>
 auto optionally(const std::optional<T>& value, F f) {
@@ -117,10 +108,8 @@ ReportDocument read_document(const boost::json::object& document) {
   for (const IdentifiedParameter& parameter : result.parameters) {
     if (const auto value = truth_of(truth, parameter.name)) result.truth.emplace(parameter.name, *value);
   }
-  const auto layers = [](const auto& choice) { return layers_of(choice); };
   result.spreads = optionally(result.spread, errors_of);
-  result.deviation_layers = optionally(result.non_geometric, layers);
-  result.residual_layers = optionally(result.residual, layers);
+  result.deviation_layers = optionally(result.non_geometric, layers_of);
   result.nominal = optionally(result.arm, [](const record::Arm& arm) { return arm.robot(); });
   result.X_WB = optionally(result.base, [](const BasePose& base) { return base.isometry(); });
   return result;

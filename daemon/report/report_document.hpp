@@ -18,8 +18,7 @@ struct Point : record::Point {
   std::optional<Eigen::Vector3d> remeasured;  ///< error when reached with compensated joints, measured again
 };
 
-/// A group of joint deviations or a kind of residual field, and the error at unseen poses without and with
-/// it, mm.
+/// A group of joint deviations or the residual field, and the error at unseen poses without and with it, mm.
 struct LayerChoice {
   std::string name;
   bool chosen = false;
@@ -40,7 +39,7 @@ struct ReportDocument : record::CalibrationDocument {
   std::vector<Point> all_points;        ///< `points`, and those of folds behind them
   std::map<std::string, double> truth;  ///< of parameters of a simulated arm, mm or rad
   std::optional<StageErrors> spreads;   ///< standard deviations over the runs; of mean, max and rms alone
-  std::optional<LayerSelection> deviation_layers, residual_layers;
+  std::optional<LayerSelection> deviation_layers;
   std::optional<RobotModel> nominal;
   std::optional<Eigen::Isometry3d> X_WB;  ///< identified
 

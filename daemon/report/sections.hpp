@@ -47,8 +47,6 @@ std::string stream_section(const ReportDocument& document);
 std::string iso9283_section(const boost::json::object& document);
 /// A tool or a base that was measured.
 std::string frame_section(const boost::json::object& document);
-/// All of an experiment, below a title of their own.
-std::string experiment_sections(const boost::json::object& document);
 
 // What sections have in common, and the report for a terminal with them. Plain text, not escaped.
 
@@ -98,8 +96,6 @@ std::string verdict_paragraph(const Verdict& verdict);
 std::string improvement_text(const ReportDocument& document);
 /// "joint 2, harmonic 1" of "joint2.harmonic1".
 std::string group_text(std::string_view name);
-/// "Gaussian process" of "gp"; the name itself where it is another's.
-std::string field_text(std::string_view name);
 /// How the validation came about, for after its counts: "mean ± standard deviation over 10 splits". Empty
 /// where it was one run.
 std::string validation_text(const ReportDocument& document);

@@ -102,7 +102,6 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   assert(c.points.size() == data.points.size());
   const std::vector<int> poses = named_pose_numbers(data.points);
   CalibrationDocument x;
-  x.method = c.method;
   x.converged = c.converged;
   x.iterations = {c.coarse_iterations, c.fine_iterations};
   x.elapsed_s = elapsed_s;
@@ -113,7 +112,7 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   x.condition = c.observability.o2 > 0 ? c.observability.condition() : 0;  // of no parameter
   x.sigma0_mm = c.sigma0_mm;
   x.non_geometric = c.non_geometric;
-  x.residual = c.residual;
+  x.field = c.field;
   if (c.thermal) x.thermal = thermal_of(*c.thermal, c.cell.robot);
   x.observability = {c.observability, sentences(c.unknown), sentences(c.weak)};
   x.prior = {c.prior_used, c.prior_scale};
@@ -132,11 +131,6 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   return x;
 }
 
-std::string residual_text(const CalibrateOptions& options) {
-  if (options.residual.empty()) return "none";
-  return options.residual.size() > 1 ? "auto" : std::string{name_of(options.residual.front())};
-}
-
 std::string harmonics_text(const CalibrateOptions& options) {
   std::string text;
   for (const int order : options.harmonics) text += (text.empty() ? "" : ", ") + std::to_string(order);
@@ -149,7 +143,7 @@ json::object options_json(const CalibrateOptions& options) {
   json::object document{{"Loss", name_of(kLossNames, options.loss)},
                         {"Prior", name_of(kPriorNames, options.prior)},
                         {"Non-geometric errors", options.non_geometric ? "auto" : "none"},
-                        {"Residual field", residual_text(options)},
+                        {"Residual field", name_of(kFieldNames, options.field)},
                         {"Warmth", name_of(kThermalNames, options.thermal)}};
   if (options.non_geometric) document["Harmonics looked for"] = harmonics_text(options);
   return document;

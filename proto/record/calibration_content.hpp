@@ -2,7 +2,8 @@
 
 #include <boost/json/fwd.hpp>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibrate_options.hpp"
+#include "core/identify/calibration.hpp"
 #include "proto/record/calibration_document.hpp"
 
 namespace truepose::record {

@@ -11,21 +11,6 @@ namespace truepose::record {
 
 namespace json = boost::json;
 
-/// The kind of residual field that was chosen, or "none".
-struct ChosenKind {
-  friend std::vector<std::string_view> words_of(ChosenKind) {
-    std::vector<std::string_view> words = names_of(kRegressorNames);
-    words.insert(words.begin(), "none");
-    return words;
-  }
-  friend std::string_view word_of(ChosenKind, const std::optional<RegressorKind>& kind) {
-    return kind ? name_of(*kind) : "none";
-  }
-  friend std::optional<RegressorKind> meaning_of(ChosenKind, std::string_view word) {
-    return regressor_kind(word);
-  }
-};
-
 /// A count, in the mean of several documents a number.
 struct Rounded {
   void read(const JsonPlace& place, int& count) const {
@@ -116,15 +101,11 @@ void layout(auto& io, Is<DeviationChoice> auto& x) {
   io("scale", x.scale);
   io("groups", x.gains);
 }
-void layout(auto& io, Is<CrossValidation> auto& x) {
-  io("name", x.kind, kRegressorNames);
-  io("rms_mm", x.rms);
-  io("standard_error_mm", x.standard_error);
-}
-void layout(auto& io, Is<RegressorSelection> auto& x) {
-  io("chosen", x.kind, ChosenKind{});
+void layout(auto& io, Is<FieldChoice> auto& x) {
+  io("chosen", x.chosen);
   io("without_rms_mm", x.rms_zero);
-  io("tried", x.tried);
+  io("rms_mm", x.tried.rms);
+  io("standard_error_mm", x.tried.standard_error);
 }
 void layout(auto& io, Is<Thermal> auto& x) {
   io("chosen", x.chosen);
@@ -312,7 +293,7 @@ void layout(auto& io, Is<Production> auto& x) {
   io("samples", x.path.samples);
 }
 void layout(auto& io, Is<CalibrationDocument> auto& x) {
-  io("method", x.method, kMethodNames);
+  io("method", x.method, kMethods);
   io("converged", x.converged);
   io("iterations", x.iterations);
   io("elapsed_s", x.elapsed_s);
@@ -323,7 +304,7 @@ void layout(auto& io, Is<CalibrationDocument> auto& x) {
   io("condition", x.condition);
   io.optional("sigma0_mm", x.sigma0_mm);
   io.optional("non_geometric", x.non_geometric);
-  io.optional("residual", x.residual);
+  io.optional("residual", x.field);
   io.optional("thermal", x.thermal);
   io.optional("observability", x.observability);
   io.optional("prior", x.prior);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <boost/json/fwd.hpp>
 #include <cstdint>
 #include <expected>
@@ -7,9 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibration.hpp"
 #include "core/judge/calibration_verdict.hpp"
 #include "core/judge/path_accuracy.hpp"
+#include "core/named.hpp"
 #include "proto/record/arm_document.hpp"
 #include "proto/record/campaign_records.hpp"
 #include "proto/record/layout.hpp"
@@ -138,8 +140,12 @@ struct Thermal {
   double expansion_ppm_per_k = 0;   ///< of all lengths
 };
 
+/// What the document calls its method. It has one.
+enum class Method { TwoStage };
+inline constexpr std::array kMethods{Named{"two-stage", Method::TwoStage}};
+
 struct CalibrationDocument {
-  CalibrationMethod method = CalibrationMethod::TwoStage;
+  Method method = Method::TwoStage;
   bool converged = false;
   Iterations iterations;
   double elapsed_s = 0;
@@ -150,7 +156,7 @@ struct CalibrationDocument {
   double condition = 0;
   std::optional<double> sigma0_mm;
   std::optional<DeviationChoice> non_geometric;  ///< without its terms
-  std::optional<RegressorSelection> residual;    ///< without its regressor
+  std::optional<FieldChoice> field;              ///< without its regressor
   std::optional<Thermal> thermal;                ///< where points told how warm the arm was
   std::optional<Observability> observability;
   std::optional<UsedPrior> prior;

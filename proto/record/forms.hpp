@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/arm/joint_units.hpp"
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibration.hpp"
 #include "core/judge/calibration_verdict.hpp"
 #include "core/math/angles.hpp"
 #include "core/plan/design.hpp"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibration.hpp"
 
 namespace truepose::record {
 

@@ -56,7 +56,7 @@ TEST_F(CellFile, GivesWhatCampaignsGoByAsATextAndTakesItBack) {
   campaign.criterion = DesignCriterion::D;
   campaign.approach = ApproachSide::Alternate;
   campaign.remeasure = false;
-  cell.calibration = {true, {1, 2, 160}, residual_kinds("auto").value(), Loss::Tukey};
+  cell.calibration = {true, {1, 2, 160}, FieldUse::Auto, Loss::Tukey};
   const std::string text = campaign_options(cell);
 
   CellConfig other = load(kSmallest);
@@ -66,7 +66,7 @@ TEST_F(CellFile, GivesWhatCampaignsGoByAsATextAndTakesItBack) {
   EXPECT_EQ(other.campaign.seed, campaign.seed);
   EXPECT_EQ(other.campaign.speed_percent, campaign.speed_percent);
   EXPECT_EQ(other.campaign.warm_up, campaign.warm_up);
-  EXPECT_EQ(other.calibration.residual, cell.calibration.residual);
+  EXPECT_EQ(other.calibration.field, cell.calibration.field);
   EXPECT_EQ(other.calibration.loss, Loss::Tukey);
   EXPECT_THROW(use_campaign_options(other, "campaign: {identify_poses: many}"), ConfigError);
 }
@@ -84,7 +84,7 @@ TEST_F(CellFile, IsShownAsAFileThatReadsBackTheSame) {
   cell.tracker.air_file = "/run/air";
   cell.further_reflectors = {{.name = "side", .p_FS_mm = {20, -110, 70}, .facing_F = {0.6, 0, 0.8}}};
   cell.campaign.seed = 0xfedc'ba98'7654'3210;
-  cell.calibration = {true, {1, 2, 160}, residual_kinds("auto").value(), Loss::Tukey};
+  cell.calibration = {true, {1, 2, 160}, FieldUse::Auto, Loss::Tukey};
   cell.iso9283.cube.centre_mm = {1500, 0, 900};
   cell.recording.max_files = 3;
   const json::object shown = cell_json(cell);
@@ -368,20 +368,18 @@ TEST_F(CellFile, SaysWhatIsSpokenWithTheTracker) {
 }
 
 TEST_F(CellFile, TakesEveryNameThatTheCommandLineTakes) {
-  for (const std::string_view name : residual_names()) {
+  for (const auto& field : kFieldNames) {
     const CellConfig cell =
-        load(std::string(kSmallest) + "calibration: {residual: " + std::string(name) + "}\n");
-    EXPECT_EQ(cell.calibration.residual, *residual_kinds(name)) << name;
+        load(std::string(kSmallest) + "calibration: {residual: " + std::string(field.name) + "}\n");
+    EXPECT_EQ(cell.calibration.field, field.value) << field.name;
   }
   for (const auto& loss : kLossNames) {
     const CellConfig cell =
         load(std::string(kSmallest) + "calibration: {loss: " + std::string(loss.name) + "}\n");
     EXPECT_EQ(cell.calibration.loss, loss.value) << loss.name;
   }
-  EXPECT_EQ(
-      error(std::string(kSmallest) + "calibration: {residual: fields}\n"),
-      "cell.yaml:7:25: calibration.residual: expected one of none, auto, gp, kriging, idw, mls, nn, found "
-      "'fields'");
+  EXPECT_EQ(error(std::string(kSmallest) + "calibration: {residual: fields}\n"),
+            "cell.yaml:7:25: calibration.residual: expected one of none, auto, gp, found 'fields'");
 }
 
 TEST_F(CellFile, ReportsAMistakeInTheRobotFileThere) {

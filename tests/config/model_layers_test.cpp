@@ -4,6 +4,7 @@
 #include "config/model_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/arm/guide.hpp"
+#include "core/field/gaussian_process.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/math/random.hpp"
 #include "tests/config/error_of.hpp"
@@ -39,13 +40,13 @@ RobotModel deviating_arm(Random& random) {
   return robot;
 }
 
-std::shared_ptr<const RegressionField> random_field(const RobotModel& robot, RegressorKind kind, int poses,
-                                                    int targets, Random& random) {
+std::shared_ptr<const RegressionField> random_field(const RobotModel& robot, int poses, int targets,
+                                                    Random& random) {
   RegressionData data{.X = Eigen::MatrixXd(poses, field_features(robot)),
                       .Y = Eigen::MatrixXd(poses, targets)};
   for (double& x : data.X.reshaped()) x = random.uniform(-1, 1);
   for (double& y : data.Y.reshaped()) y = random.uniform(-0.1, 0.1);
-  const auto regressor = fit_regressor(kind, data);
+  const auto regressor = fit_regressor(kGaussianProcess, data);
   if (!regressor) throw std::runtime_error(regressor.error());
   return std::make_shared<RegressionField>(robot, *regressor, Eigen::Vector3d(60, -40, 1.0 / 3));
 }
@@ -97,17 +98,14 @@ TEST(ModelLayers, TheGuideOfARailComesBackToTheLastBit) {
   }
 }
 
-TEST(ModelLayers, AFieldOfEveryKindPredictsTheSameToTheLastBit) {
-  for (const RegressorKind kind : kAllRegressors) {
-    for (const int targets : {3, 6}) {
-      SCOPED_TRACE(name_of(kind));
-      Random random{7};
-      RobotModel robot = deviating_arm(random);
-      robot.field = random_field(robot, kind, 30, targets, random);
-      const RobotModel read = parse_model(model_yaml(model_of(robot)), "m.yaml").cell.robot;
-      ASSERT_TRUE(read.field);
-      expect_same_poses(read, robot, random);
-    }
+TEST(ModelLayers, AFieldPredictsTheSameToTheLastBit) {
+  for (const int targets : {3, 6}) {
+    Random random{7};
+    RobotModel robot = deviating_arm(random);
+    robot.field = random_field(robot, 30, targets, random);
+    const RobotModel read = parse_model(model_yaml(model_of(robot)), "m.yaml").cell.robot;
+    ASSERT_TRUE(read.field);
+    expect_same_poses(read, robot, random);
   }
 }
 
@@ -127,7 +125,7 @@ class ModelLayersErrors : public testing::Test {
   ModelLayersErrors() {
     Random random{3};
     RobotModel robot = deviating_arm(random);
-    robot.field = random_field(robot, RegressorKind::InverseDistance, 5, 3, random);
+    robot.field = random_field(robot, 5, 3, random);
     text_ = model_yaml(model_of(robot));
   }
   /// Without the place, which the fixed ones show.
@@ -186,16 +184,15 @@ TEST_F(ModelLayersErrors, RefusesMassesThatAreNotOnePerJointAndAGravityThatIsNoD
 }
 
 TEST_F(ModelLayersErrors, RefusesAFieldWhoseNumbersDoNotFit) {
-  EXPECT_EQ(error_with("kind: idw", "kind: spline"),
-            "robot.field.kind: expected one of gp, kriging, idw, mls, nn, found 'spline'");
+  EXPECT_EQ(error_with("kind: gp", "kind: spline"), "robot.field.kind: expected one of gp, found 'spline'");
   EXPECT_EQ(error_with("    y:\n", "    y:\n      - [1, 2]\n"),
             "robot.field.y[1]: expected 3 or 6 numbers, found 2");
   EXPECT_EQ(error_with("    y:\n", "    y:\n      - [1, 2, 3, 4, 5, 6]\n"),
             "robot.field.y[2]: expected 6 numbers as in the first row, found 3");
   EXPECT_EQ(error_with("    y:\n", "    y:\n      - [1, 2, 3]\n"),
             "robot.field: features, targets and groups of a residual field must be as many");
-  EXPECT_EQ(error_with("power: ", "weight: "),
-            "robot.field: residual field idw: hyper-parameter power is missing");
+  EXPECT_EQ(error_with("noise_ratio: ", "weight: "),
+            "robot.field: residual field gp: hyper-parameter noise_ratio is missing");
 }
 
 }  // namespace

@@ -17,8 +17,6 @@
 namespace truepose {
 namespace {
 
-const std::vector<RegressorKind> kAnyField = *residual_kinds("auto");
-
 /// By how much the joints of an arm err, rad.
 struct ErrorSizes {
   std::string name;
@@ -117,7 +115,7 @@ std::map<std::string, Misses> misses_over(int count, bool of_a_quarter) {
     EXPECT_TRUE(plain) << "seed " << 1000 + trial << ": " << plain.error().detail;
     if (!plain) continue;
     const double plain_mm = example::mean_miss(plain->cell, study.campaign);
-    const double layered_mm = study.miss_mm({.non_geometric = true, .residual = kAnyField});
+    const double layered_mm = study.miss_mm({.non_geometric = true, .field = FieldUse::Auto});
     for (const std::string& name : {sizes.name, std::string{"together"}}) {
       Misses& sum = misses[name];
       sum.nominal += example::mean_miss(plain->coarse, study.campaign);
@@ -174,7 +172,7 @@ TEST(ResidualField, IsKnownAsWellAsItsIntervalsSay) {
   for (int trial = 0; trial < trials(200); ++trial) {
     const ErrorSizes& sizes = kSizes[std::array{2U, 3U, 5U, 7U}[static_cast<std::size_t>(trial) % 4]];
     const Study study = study_of(static_cast<std::uint64_t>(3000 + trial), sizes, false);
-    const auto fit = calibrate(study.nominal, study.campaign.data, {.residual = kAnyField});
+    const auto fit = calibrate(study.nominal, study.campaign.data, {.field = FieldUse::Auto});
     ASSERT_TRUE(fit) << fit.error().detail;
     if (fit->cell.robot.field) held.count(*fit, study.campaign);
   }
@@ -190,10 +188,11 @@ TEST(LayersOfAnyArm, AreKnownAsWellAsTheIntervalsSayAfterTheirSelection) {
   };
   const MeasurementNoise noise{.tracker = {.range_mm = kTrackerNoise_mm, .transverse_mm = kTrackerNoise_mm},
                                .repeatability_mm = kRepeatability_mm};
-  const std::vector<Choice> choices{{"geometry", {.noise = noise}},
-                                    {"deviations", {.noise = noise, .non_geometric = true}},
-                                    {"field", {.noise = noise, .residual = kAnyField}},
-                                    {"both", {.noise = noise, .non_geometric = true, .residual = kAnyField}}};
+  const std::vector<Choice> choices{
+      {"geometry", {.noise = noise}},
+      {"deviations", {.noise = noise, .non_geometric = true}},
+      {"field", {.noise = noise, .field = FieldUse::Auto}},
+      {"both", {.noise = noise, .non_geometric = true, .field = FieldUse::Auto}}};
   std::cout << "seeds from 5000\n";
   for (const Choice& choice : choices) {
     Held held;
@@ -216,8 +215,7 @@ TEST(LayersOfAnyArm, AreKnownAsWellAsTheIntervalsSayAfterTheirSelection) {
 
 TEST(ResidualField, SaysThatItKnowsLittleWhereNothingWasMeasured) {
   const Study study = study_of(3003, kSizes[3], true);
-  const auto with =
-      calibrate(study.nominal, study.campaign.data, {.residual = {RegressorKind::GaussianProcess}});
+  const auto with = calibrate(study.nominal, study.campaign.data, {.field = FieldUse::Always});
   ASSERT_TRUE(with);
   const auto variance_at = [&](const JointVector& q) {
     return field_covariance(with->cell, q, with->cell.reflectors[0].p_FS_mm).trace();

@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/field/regressor.hpp"
 #include "core/identify/calibrate.hpp"
 
 namespace truepose {
@@ -52,8 +51,7 @@ TEST(ARealArm, IsPredictedOutsideTheQuarterThatItWasMeasuredInAndNotWorseForItsL
       SCOPED_TRACE(place);
       const MeasurementData data = identified_in(*arm, joint, quarter);
       const StageErrors without = validated(*arm, data, {});
-      const StageErrors with =
-          validated(*arm, data, {.non_geometric = true, .residual = *residual_kinds("auto")});
+      const StageErrors with = validated(*arm, data, {.non_geometric = true, .field = FieldUse::Auto});
       std::printf("%s: nominal %.3f, geometry %.3f, both layers %.3f mm\n", place.c_str(),
                   without.before.mean, without.after.mean, with.after.mean);
       EXPECT_LE(without.after.mean, without.before.mean);

@@ -148,9 +148,8 @@ TEST(Stations, WithPriorDeviationsAndFieldEachIsRegarded) {
   MeasurementData data = seen(truth, truth.base, 60, example::kSigma_mm, random, "a");
   add_station(data, seen(truth, truth.base_at(1), 60, example::kSigma_mm, random, "b"));
   for (int s = 0; s < 2; ++s) append(data, validating(seen(truth, truth.base_at(s), 30, 0, random, "")), s);
-  const auto found =
-      calibrate(example::kr210(), data,
-                {.prior = PriorUse::On, .non_geometric = true, .residual = {RegressorKind::InverseDistance}});
+  const auto found = calibrate(example::kr210(), data,
+                               {.prior = PriorUse::On, .non_geometric = true, .field = FieldUse::Always});
   ASSERT_TRUE(found) << found.error().detail;
   for (const StationErrors& station : found->stations) EXPECT_LT(station.validate->after.mean, 0.035);
 }

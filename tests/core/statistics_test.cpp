@@ -190,12 +190,11 @@ TEST(Deviations, IncludeTheSideFromWhichTheJointsArrived) {
 
 TEST(Layers, AreNotAddedToAnArmThatIsGeometryAlone) {
   double plain = 0, layered = 0;
-  const std::vector<RegressorKind> kinds{RegressorKind::GaussianProcess, RegressorKind::InverseDistance};
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const SimulatedCampaign c = example::campaign(example::true_arm(), 30, 30, {.seed = seed});
     plain += example::mean_miss(calibrate(example::kr210(), c.data), c);
     layered += example::mean_miss(
-        calibrate(example::kr210(), c.data, {.non_geometric = true, .residual = kinds}), c);
+        calibrate(example::kr210(), c.data, {.non_geometric = true, .field = FieldUse::Auto}), c);
   }
   EXPECT_LT(layered, 1.02 * plain);
 }

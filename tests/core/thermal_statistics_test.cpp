@@ -219,7 +219,7 @@ TEST(ThermalResponseOverManyArms, IsTheSameToTheLastBitWithAnyNumberOfThreads) {
   for (const std::size_t i : {20u, 90u}) data.points[i].p_WS_mm.x() += 2;
   CalibrateOptions options{.noise = kReadingNoise,
                            .non_geometric = true,
-                           .residual = *residual_kinds("auto"),
+                           .field = FieldUse::Auto,
                            .thermal = ThermalUse::Temperatures};
   const auto alone = calibrate(example::kr210(), data, options);
   ASSERT_TRUE(alone) << alone.error().detail;
@@ -235,9 +235,7 @@ TEST(ThermalResponseOverManyArms, IsTheSameToTheLastBitWithAnyNumberOfThreads) {
     EXPECT_EQ(with->thermal->response->per_kelvin, alone->thermal->response->per_kelvin)
         << jobs << " threads";
     EXPECT_EQ(with->rejected.size(), alone->rejected.size()) << jobs << " threads";
-    for (std::size_t k = 0; k < alone->residual->tried.size(); ++k)
-      EXPECT_EQ(with->residual->tried[k].predicted, alone->residual->tried[k].predicted)
-          << jobs << " threads";
+    EXPECT_EQ(with->field->tried.predicted, alone->field->tried.predicted) << jobs << " threads";
   }
 }
 

@@ -77,8 +77,7 @@ Cell sound_cell(std::uint64_t seed) {
   cell.options.non_geometric = heavy || random.next() % 3 == 0;
   cell.states_noise = random.next() % 4 != 0;
   cell.reads_time = random.next() % 4 == 0;
-  if (cell.identify > 40 && random.next() % 6 == 0)
-    cell.options.residual = {RegressorKind::GaussianProcess, RegressorKind::InverseDistance};
+  if (cell.identify > 40 && random.next() % 6 == 0) cell.options.field = FieldUse::Auto;
   if (cell.identify > 60 && random.next() % 3 == 0) {
     cell.truth.warm_up = {
         .zero = JointVector(6),
@@ -285,15 +284,16 @@ std::vector<Kind> kinds() {
     });
   }
   for (const double jump_deg : {0.02, 0.1})
-    add("encoder slipped", {"offset of joint 2 changed", "offset of joint 3 changed", "joint 2's", "times the noise"},
+    add("encoder slipped",
+        {"offset of joint 2 changed", "offset of joint 3 changed", "joint 2's", "times the noise"},
         [=](Cell& cell) {
           cell.spoil = [=](MeasurementData& data, Random&) {
             from_row_on(data.points, 2 * data.points.size() / 5,
                         [=](Measurement& m) { m.q[1] += turn(jump_deg); });
           };
         });
-  add("all axes mastered again", {"encoder offset", "mastered", "times the noise", "the validation points are off"},
-      [](Cell& cell) {
+  add("all axes mastered again",
+      {"encoder offset", "mastered", "times the noise", "the validation points are off"}, [](Cell& cell) {
         cell.spoil = [](MeasurementData& data, Random& random) {
           JointVector step(6);
           for (double& each : step) each = turn(0.01) * random.normal();
@@ -423,7 +423,8 @@ std::vector<Kind> kinds() {
         if (random.next() % 4 == 0) std::swap(data.points[i].p_WS_mm, data.points[i + 1].p_WS_mm);
     };
   });
-  add("gear ratio", {"times the noise", "encoder offset", "off by"}, spoiled([](MeasurementData& data, Random&) {
+  add("gear ratio", {"times the noise", "encoder offset", "off by"},
+      spoiled([](MeasurementData& data, Random&) {
         for (Measurement& m : data.points) m.q[1] *= 1.001;
       }));
   add("reflector on the last axis", {"on the axis of joint 6"}, [](Cell& cell) {
@@ -500,7 +501,7 @@ TEST(TransferUncertainty, CountsWhatTheModelLeavesOfAnArmThatBends) {
       cell.warms = false;
       cell.truth.warm_up = {};
       cell.options.non_geometric = false;
-      cell.options.residual.clear();
+      cell.options.field = FieldUse::None;
       cell.identify += 26;
       const Measured made = measured(cell, seed);
       if (made.refused) {

@@ -29,7 +29,7 @@ class ForesightTest : public testing::Test {
 
   static constexpr int kSteps = 50;
 
-  const TargetCompensation compensation_{nominal_arm(), heavy_arm(RegressorKind::GaussianProcess)};
+  const TargetCompensation compensation_{nominal_arm(), heavy_arm()};
   const Eigen::Vector3d p_F_mm_{60, -50, 190};
   Foresight foresight_;
   JointVector q_ = axes_deg({10, -80, 90, 20, 45, -30});
@@ -69,7 +69,7 @@ TEST_F(ForesightTest, GoesThroughTheWristSingularityAsWithoutIt) {
 
 TEST_F(ForesightTest, HasNoMemoryOfAnotherModel) {
   for (int i = 0; i < 3; ++i) step(axes_deg({0.1, 0, 0, 0, 0, 0}));
-  const TargetCompensation other{nominal_arm(), heavy_arm(RegressorKind::InverseDistance)};
+  const TargetCompensation other{nominal_arm(), heavy_arm(10)};
   foresight_.restart();
   EXPECT_EQ(with(other), without(other));
 }

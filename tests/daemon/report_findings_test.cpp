@@ -40,9 +40,8 @@ json::object telling_document() {
       json::parse(R"({"geometric_rms_mm": 0.266, "rms_mm": 0.1, "scale": 0.003, "groups": [
       {"name": "joint1.harmonic2", "chosen": false, "rms_mm": 0.099},
       {"name": "joint2.gravity", "chosen": true, "rms_mm": 0.125}]})");
-  document["residual"] = json::parse(R"({"chosen": "gp", "without_rms_mm": 0.1, "tried": [
-      {"name": "idw", "rms_mm": 0.095, "standard_error_mm": 0.001},
-      {"name": "gp", "rms_mm": 0.085, "standard_error_mm": 0.002}]})");
+  document["residual"] =
+      json::parse(R"({"chosen": true, "without_rms_mm": 0.1, "rms_mm": 0.085, "standard_error_mm": 0.002})");
   document["rejected"] = json::parse(R"([
       {"point": 3, "row": 7, "pose": 2, "smr": "left", "residual_mm": 12.5, "sigmas": 300},
       {"point": 4, "row": 8, "residual_mm": 1.5, "sigmas": 30}])");
@@ -151,10 +150,10 @@ TEST(ReportFindings, SayWhatEachLayerBought) {
 TEST(ReportFindings, SayThatNothingWasChosen) {
   json::object document = telling_document();
   document["non_geometric"].as_object()["groups"].as_array().pop_back();
-  document["residual"].as_object()["chosen"] = "none";
+  document["residual"].as_object()["chosen"] = false;
   const std::string text = render_text(document);
   EXPECT_THAT(text, HasSubstr("Non-geometric errors: none predicts unseen poses better.\n"));
-  EXPECT_THAT(text, HasSubstr("Residual field: none predicts unseen poses better.\n"));
+  EXPECT_THAT(text, HasSubstr("Residual field: unseen poses are predicted as well without it.\n"));
 }
 
 TEST(ReportFindings, ListRejectedPointsByTheirPlace) {

@@ -306,10 +306,8 @@ void move_in_trouble(StreamRig& rig) {
   }
 }
 
-class TheGuardedStream : public testing::TestWithParam<RegressorKind> {};
-
-TEST_P(TheGuardedStream, NeverAllocatesLocksOrCallsTheSystemWhateverArrives) {
-  const RobotModel model = heavy_arm(GetParam());
+TEST(TheGuardedStream, NeverAllocatesLocksOrCallsTheSystemWhateverArrives) {
+  const RobotModel model = heavy_arm();
   StreamRig before = rig_with(model);
   move_in_trouble(before);
   StreamRig rig = rig_with(model);
@@ -327,9 +325,6 @@ TEST_P(TheGuardedStream, NeverAllocatesLocksOrCallsTheSystemWhateverArrives) {
   EXPECT_GT(rig.status().counters.answered, 700u);
   EXPECT_GT(rig.status().counters.damped, 50u);
 }
-
-INSTANTIATE_TEST_SUITE_P(WithEveryField, TheGuardedStream, testing::ValuesIn(kAllRegressors),
-                         [](const auto& kind) { return std::string{name_of(kind.param)}; });
 
 TEST(StreamCycle, IsRefusedWithAConfigurationThatCannotCarryCorrections) {
   const auto refused = [](const rsi::EthernetConfig& config, const RobotModel& robot,

@@ -318,7 +318,7 @@ def campaign_files(record, ids):
 def commands(record, campaign):
     """The commands that ask a daemon, in text and as JSON, and those that read its store without it."""
     for line in ["status", "campaign list", f"campaign show {campaign}", "model list", "model show", "tools list", "control show", "recording list",
-                 "control acquire --lease 5", "control release", f"campaign identify {campaign} --residual idw",
+                 "control acquire --lease 5", "control release", f"campaign identify {campaign} --residual gp",
                  'call targets.compensate {"joints":[[0,-90,90,0,35,0]]}', "model export"]:
         record.command(line)
         record.command(f"{line} --json")

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "daemon/report/report.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/printed_document.hpp"
+#include "tools/experiment/experiment_page.hpp"
 
 namespace truepose {
 namespace {
@@ -20,9 +20,8 @@ namespace json = boost::json;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-Finished experiment(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "experiment");
-  return run_program("truepose", arguments);
+Finished experiment(const std::vector<std::string>& arguments) {
+  return run_program("truepose-experiment", arguments);
 }
 
 /// The document of one small run, shared by the tests that read it.
@@ -148,7 +147,8 @@ TEST(ExperimentCommand, RefusesTrialsAndArmsThatItCannotUse) {
                    "  - {a: 9, alpha: 0, d: 0, theta: 0, beta: 0, sign: 1, min: -9, max: 9, speed: 1}\n");
   const Finished two = experiment({"--trials", "2", "--robot", robot});
   EXPECT_EQ(two.exit_code, 2);
-  EXPECT_THAT(two.err, StartsWith("truepose: " + robot + ": the experiment needs an arm of six revolute"));
+  EXPECT_THAT(two.err,
+              StartsWith("truepose-experiment: " + robot + ": the experiment needs an arm of six revolute"));
   EXPECT_EQ(two.out, "");
 }
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "config/robot_file.hpp"
-#include "core/field/regressor.hpp"
 #include "core/simulate/published_arm.hpp"
+#include "tools/experiment/regression_methods.hpp"
 #include "tools/experiment/trial.hpp"
 
 namespace truepose {
@@ -106,8 +106,8 @@ TEST(Experiment, ShowsWhatEachLayerBuysOnAHeavyArmAndThatInversionBuysNothing) {
 TEST(Experiment, ShowsWhatAResidualFieldBuysOnGeometryAndThatDeviationsLeaveItLittle) {
   const double geometric = layer("geometric", false).validation.mean;
   EXPECT_LT(layer("geometric and gp", false).validation.mean, 0.9 * geometric);
-  for (const RegressorKind kind : kAllRegressors)
-    EXPECT_GT(layer("geometric and " + std::string(name_of(kind)), false).validation.mean,
+  for (const RegressionMethod* method : kRegressionMethods)
+    EXPECT_GT(layer("geometric and " + std::string(method->name), false).validation.mean,
               layer("non-geometric auto", false).validation.mean);
   EXPECT_NEAR(layer("non-geometric auto and gp", false).validation.mean,
               layer("non-geometric auto", false).validation.mean, 0.005);

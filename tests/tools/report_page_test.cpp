@@ -258,7 +258,7 @@ TEST_F(ReportPage, HasADocumentThatKeepsToTheSchemaForEveryKindOfValidation) {
                                                     {"--folds", "3"},
                                                     {"--prior", "on"},
                                                     {"--tracker-noise", "0.01,0.006", "--repeatability",
-                                                     "0.02", "--non-geometric", "auto", "--residual", "idw"}};
+                                                     "0.02", "--non-geometric", "auto", "--residual", "gp"}};
   const std::string all = folder_.write("all.csv", unmarked(text_of(data_)));
   std::vector<std::filesystem::path> documents;
   for (std::vector<std::string> options : kinds) {

@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <string>
 
 #include "core/arm/forward.hpp"
 #include "core/compensate/target_compensation.hpp"
+#include "core/field/gaussian_process.hpp"
 #include "core/identify/calibrate.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/math/angles.hpp"
@@ -106,19 +106,17 @@ double rms_left_mm(const CalibratedCell& cell, const SimulatedCampaign& campaign
 }
 
 /// Fitted once, however often its benchmark is repeated.
-const RegressorPtr& fitted(RegressorKind kind) {
-  static std::map<RegressorKind, RegressorPtr> all;
-  RegressorPtr& one = all[kind];
-  if (!one) one = fit_regressor(kind, residual_job().data.regression).value();
+const RegressorPtr& fitted() {
+  static const RegressorPtr one = fit_regressor(kGaussianProcess, residual_job().data.regression).value();
   return one;
 }
 
 /// One pose displaced by a field over 300 training poses; beside the time, what the field leaves of the
 /// error.
-void residual(benchmark::State& state, RegressorKind kind) {
+void residual(benchmark::State& state) {
   const ResidualJob& job = residual_job();
   CalibratedCell corrected = job.cell;
-  corrected.robot.field = std::make_shared<RegressionField>(job.cell.robot, fitted(kind), job.data.p_F_mm);
+  corrected.robot.field = std::make_shared<RegressionField>(job.cell.robot, fitted(), job.data.p_F_mm);
   state.counters["before_mm"] = rms_left_mm(job.cell, job.campaign);
   state.counters["left_mm"] = rms_left_mm(corrected, job.campaign);
 
@@ -130,11 +128,7 @@ void residual(benchmark::State& state, RegressorKind kind) {
   }
 }
 
-BENCHMARK_CAPTURE(residual, gp, RegressorKind::GaussianProcess);
-BENCHMARK_CAPTURE(residual, kriging, RegressorKind::Kriging);
-BENCHMARK_CAPTURE(residual, idw, RegressorKind::InverseDistance);
-BENCHMARK_CAPTURE(residual, mls, RegressorKind::MovingLeastSquares);
-BENCHMARK_CAPTURE(residual, nn, RegressorKind::NeuralNetwork);
+BENCHMARK(residual)->Name("residual/gp");
 
 // ---- KRL programs ----
 

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "core/arm/forward.hpp"
+#include "core/field/gaussian_process.hpp"
 #include "core/identify/regression_field.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
@@ -81,8 +82,8 @@ RobotModel deviating_arm() {
   RegressionData data{.X = Eigen::MatrixXd(kPoses, field_features(robot)), .Y = Eigen::MatrixXd(kPoses, 3)};
   for (double& x : data.X.reshaped()) x = random.uniform(-1, 1);
   for (double& y : data.Y.reshaped()) y = random.uniform(-0.05, 0.05);
-  robot.field = std::make_shared<RegressionField>(
-      robot, fit_regressor(RegressorKind::GaussianProcess, data).value(), Eigen::Vector3d{60, -50, 190});
+  robot.field = std::make_shared<RegressionField>(robot, fit_regressor(kGaussianProcess, data).value(),
+                                                  Eigen::Vector3d{60, -50, 190});
   return robot;
 }
 

@@ -9,6 +9,7 @@
 #include "core/identify/regression_field.hpp"
 #include "core/math/angles.hpp"
 #include "tools/experiment/comparisons.hpp"
+#include "tools/experiment/regression_methods.hpp"
 #include "tools/experiment/trial.hpp"
 
 namespace truepose {
@@ -33,23 +34,24 @@ struct ModelLayer {
   CalibrateOptions options;
   bool weight = false;
   bool directions = false;
-  std::vector<RegressorKind> fields;  ///< each on top of it, a layer of its own
+  std::vector<const RegressionMethod*> fields;  ///< each on top of it, a layer of its own
 };
 
 std::vector<ModelLayer> model_layers() {
   const CalibrateOptions geometric{.check_model = false};
   const CalibrateOptions harmonics{.non_geometric = true, .check_model = false};
   const CalibrateOptions no_harmonics{.non_geometric = true, .harmonics = {}, .check_model = false};
-  return {
-      {.name = kGeometric, .options = geometric, .fields = {kAllRegressors.begin(), kAllRegressors.end()}},
-      {.name = "compliance", .options = no_harmonics, .weight = true},
-      {.name = "harmonics", .options = harmonics},
-      {.name = "compliance and harmonics", .options = harmonics, .weight = true},
-      {.name = kDeviationAuto,
-       .options = harmonics,
-       .weight = true,
-       .directions = true,
-       .fields = {RegressorKind::GaussianProcess}}};
+  return {{.name = kGeometric,
+           .options = geometric,
+           .fields = {kRegressionMethods.begin(), kRegressionMethods.end()}},
+          {.name = "compliance", .options = no_harmonics, .weight = true},
+          {.name = "harmonics", .options = harmonics},
+          {.name = "compliance and harmonics", .options = harmonics, .weight = true},
+          {.name = kDeviationAuto,
+           .options = harmonics,
+           .weight = true,
+           .directions = true,
+           .fields = {&kGaussianProcess}}};
 }
 
 /// Errors of one layer over all arms.
@@ -152,10 +154,10 @@ void add_repeatability(const MeasuredArm& arm, LayerErrors& tally) {
 
 /// A residual field over what the model leaves. It is kept whether or not it helps, so cross-validation is
 /// spared.
-void add_field(CalibratedCell cell, RegressorKind kind, const MeasurementData& data, const MeasuredArm& arm,
-               LayerErrors& tally) {
+void add_field(CalibratedCell cell, const RegressionMethod& method, const MeasurementData& data,
+               const MeasuredArm& arm, LayerErrors& tally) {
   const FieldData left = field_data(cell, data.points);
-  const auto regressor = fit_regressor(kind, left.regression);
+  const auto regressor = fit_regressor(method, left.regression);
   if (!regressor) return;
   cell.robot.field = std::make_shared<RegressionField>(cell.robot, *regressor, left.p_F_mm);
   add_predictions(cell, arm, tally);
@@ -177,9 +179,9 @@ void add_arm(const RobotModel& nominal, const MeasuredArm& arm, int poses, const
     if (layer.name == kDeviationAuto)
       add_driven(*fit, arm, options, tallies["inverted, non-geometric auto"], nullptr);
     add_predictions(fit->cell, arm, tallies[layer.name]);
-    for (const RegressorKind kind : layer.fields) {
-      LayerErrors& tally = tallies[layer.name + " and " + std::string(name_of(kind))];
-      add_field(fit->cell, kind, data, arm, tally);
+    for (const RegressionMethod* method : layer.fields) {
+      LayerErrors& tally = tallies[layer.name + " and " + std::string(method->name)];
+      add_field(fit->cell, *method, data, arm, tally);
     }
   }
   add_repeatability(arm, tallies["repeatability alone"]);

@@ -1,14 +1,16 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "core/identify/calibrate.hpp"
-#include "core/identify/least_squares_solver.hpp"
+#include "core/identify/placement.hpp"
 #include "core/judge/cramer_rao.hpp"
 #include "tools/experiment/comparisons.hpp"
+#include "tools/experiment/particle_swarm.hpp"
+#include "tools/experiment/reference_methods.hpp"
 #include "tools/experiment/trial.hpp"
 
 namespace truepose {
@@ -19,23 +21,45 @@ enum class Start { Unaided, FromGuess };
 struct Method {
   std::string name;
   TrialData data;
-  Start start;
-  CalibrateOptions options;
+  Start start = Start::Unaided;
+  CalibrateOptions options = {};
   bool knows_gross_errors = false;  ///< the oracle: gross errors are taken out before the fit
-  /// One stage: all parameters at once, from the very guess. Nothing: by calibrate().
-  std::optional<GaussNewtonOptions> one_stage = {};
+  /// How all is fitted from a guess of base and reflectors, where not by calibrate().
+  std::function<ReferenceFit(const CalibratedCell&, const MeasurementData&)> fit = {};
 };
 
-constexpr GaussNewtonOptions kThreeWholeSteps{.max_iterations = 3, .line_search = false};
+/// All parameters in one stage.
+LeastSquaresProblem whole_problem(const CalibratedCell& guess, const MeasurementData& data) {
+  return {.points = data.points,
+          .free = first_parameters(ParameterLayout::of(guess).size()),
+          .W = {},
+          .prior = {}};
+}
+
+ReferenceFit three_whole_steps(const CalibratedCell& guess, const MeasurementData& data) {
+  return {.coarse = {}, .fine = gauss_newton_in_whole_steps(guess, whole_problem(guess, data), 3)};
+}
+
+ReferenceFit with_line_search(const CalibratedCell& guess, const MeasurementData& data) {
+  return {.coarse = {}, .fine = *gauss_newton_by(StepSolver::Orthogonal, guess, whole_problem(guess, data))};
+}
+
+ReferenceFit by_particle_swarm(const CalibratedCell& guess, const MeasurementData& data) {
+  const CalibratedCell start = particle_swarm_start(guess.robot, data.smr_names, data.points);
+  return fit_by(ReferenceMethod::LeastSquares, start, data);
+}
+
+ReferenceFit by_ridge(const CalibratedCell& guess, const MeasurementData& data) {
+  return fit_by(ReferenceMethod::Ridge, placement(guess.robot, data.smr_names, data.points), data);
+}
 
 std::vector<Method> all_methods() {
-  using enum CalibrationMethod;
   using enum TrialData;
   const CalibrateOptions plain{.loss = Loss::Squared, .prior = PriorUse::Off, .check_model = false};
-  const auto by = [&](CalibrationMethod method) {
-    CalibrateOptions options = plain;
-    options.method = method;
-    return options;
+  const auto by = [](ReferenceMethod method) {
+    return [method](const CalibratedCell& guess, const MeasurementData& data) {
+      return fit_by(method, guess, data);
+    };
   };
   const auto with = [&](Loss loss) {
     CalibrateOptions options = plain;
@@ -45,14 +69,14 @@ std::vector<Method> all_methods() {
   CalibrateOptions with_prior = plain;
   with_prior.prior = PriorUse::On;
   return {
-      {"one stage, three whole steps", Noisy, Start::FromGuess, plain, false, kThreeWholeSteps},
-      {"one stage, with a line search", Noisy, Start::FromGuess, plain, false, GaussNewtonOptions{}},
-      {"least-squares", Noisy, Start::FromGuess, by(LeastSquares)},
-      {"gauss-newton", Noisy, Start::FromGuess, by(GaussNewton)},
-      {"levenberg-marquardt", Noisy, Start::FromGuess, by(LevenbergMarquardt)},
+      {.name = "one stage, three whole steps", .data = Noisy, .fit = three_whole_steps},
+      {.name = "one stage, with a line search", .data = Noisy, .fit = with_line_search},
+      {.name = "least-squares", .data = Noisy, .fit = by(ReferenceMethod::LeastSquares)},
+      {.name = "gauss-newton", .data = Noisy, .fit = by(ReferenceMethod::GaussNewton)},
+      {.name = "levenberg-marquardt", .data = Noisy, .fit = by(ReferenceMethod::LevenbergMarquardt)},
       {"two-stage from the guess", Noisy, Start::FromGuess, plain},
-      {"particle-swarm", Noisy, Start::Unaided, by(ParticleSwarm)},
-      {"ridge", Noisy, Start::Unaided, by(Ridge)},
+      {.name = "particle-swarm", .data = Noisy, .fit = by_particle_swarm},
+      {.name = "ridge", .data = Noisy, .fit = by_ridge},
       {"two-stage with prior", Noisy, Start::Unaided, with_prior},
       {"two-stage", Noisy, Start::Unaided, plain},
       {"two-stage", NoiseFree, Start::Unaided, plain},
@@ -112,38 +136,40 @@ struct MethodRun {
   double rms_mm() const { return error_statistics(errors).rms; }
 };
 
-/// All parameters at once, the smallest step among equal ones, from the trial's guess.
-MethodRun run_in_one_stage(const GaussNewtonOptions& options, const Trial& trial, const MeasurementData& data,
-                           const SimulatedCampaign& campaign, const ExperimentHooks& hooks) {
-  const double begin_s = hooks.clock_s ? hooks.clock_s() : 0;
-  const LeastSquaresProblem problem{.points = data.points,
-                                    .free = first_parameters(ParameterLayout::of(trial.guess).size()),
-                                    .W = {},
-                                    .prior = {}};
-  const FitResult fit = *gauss_newton_by(StepSolver::Orthogonal, trial.guess, problem, options);
-  return {.time_s = hooks.clock_s ? hooks.clock_s() - begin_s : 0,
-          .converged = fit.converged,
-          .iterations = fit.iterations,
-          .convergence_mm = fit.rms_mm,
-          .errors = errors_at_validation(fit.cell, campaign)};
+MethodRun run_of(const ReferenceFit& fit, double time_s, const SimulatedCampaign& campaign) {
+  const bool one_stage = fit.coarse.iterations == 0;
+  const FitResult whole = joined(fit.coarse, fit.fine);
+  return {.time_s = time_s,
+          .converged = fit.fine.converged && (one_stage || fit.coarse.converged),
+          .iterations = whole.iterations,
+          .convergence_mm = whole.rms_mm,
+          .errors = errors_at_validation(whole.cell, campaign)};
+}
+
+MethodRun run_of(const Calibration& fit, double time_s, const SimulatedCampaign& campaign) {
+  MethodRun run{.time_s = time_s,
+                .converged = fit.converged,
+                .iterations = fit.coarse_iterations + fit.fine_iterations,
+                .convergence_mm = fit.coarse_rms_mm,
+                .errors = errors_at_validation(fit.cell, campaign)};
+  std::ranges::copy(fit.fine_rms_mm, std::back_inserter(run.convergence_mm));
+  return run;
 }
 
 MethodRun run(const Method& method, const RobotModel& nominal, const Trial& trial,
               const SimulatedCampaign& campaign, const ExperimentHooks& hooks) {
+  const MeasurementData data = points_to_fit(campaign, method.knows_gross_errors);
+  const auto now_s = [&] { return hooks.clock_s ? hooks.clock_s() : 0; };
+  const double begin_s = now_s();
+  if (method.fit) {
+    const ReferenceFit fit = method.fit(trial.guess, data);
+    return run_of(fit, now_s() - begin_s, campaign);
+  }
   CalibrateOptions options = method.options;
   if (method.start == Start::FromGuess) options.start = trial.guess;
-  const MeasurementData data = points_to_fit(campaign, method.knows_gross_errors);
-  if (method.one_stage) return run_in_one_stage(*method.one_stage, trial, data, campaign, hooks);
-  const double begin_s = hooks.clock_s ? hooks.clock_s() : 0;
-  auto fit = calibrate(nominal, data, options);
-  MethodRun run{.time_s = hooks.clock_s ? hooks.clock_s() - begin_s : 0};
-  if (!fit) return run;
-  run.converged = fit->converged;
-  run.iterations = fit->coarse_iterations + fit->fine_iterations;
-  run.convergence_mm = std::move(fit->coarse_rms_mm);
-  std::ranges::copy(fit->fine_rms_mm, std::back_inserter(run.convergence_mm));
-  run.errors = errors_at_validation(fit->cell, campaign);
-  return run;
+  const auto fit = calibrate(nominal, data, options);
+  const double time_s = now_s() - begin_s;
+  return fit ? run_of(*fit, time_s, campaign) : MethodRun{.time_s = time_s};
 }
 
 /// Every method in one trial.

@@ -1,4 +1,10 @@
 #include <malloc.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/online/online_commands.hpp"
@@ -13,21 +19,32 @@ void keep_freed_memory() {
   mallopt(M_TRIM_THRESHOLD, 512 * kMebibyte);
 }
 
+/// `truepose experiment` is a program of its own in the same folder, which is built but not installed.
+int run_experiment(char** arguments) {
+  const auto program =
+      std::filesystem::read_symlink("/proc/self/exe").replace_filename("truepose-experiment");
+  execv(program.c_str(), arguments);
+  std::fprintf(stderr, "truepose: experiment: %s cannot be run. Build truepose from its sources.\n",
+               program.c_str());
+  return truepose::tools::kBadInput;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace truepose::tools;
+  if (argc > 1 && std::string_view{argv[1]} == "experiment") return run_experiment(argv + 1);
   keep_freed_memory();
   CommandLine line = online_commands();
   line.commands.insert(
       line.commands.begin(),
-      {access_commands(),   access_add_command(),   access_list_command(), access_revoke_command(),
-       base_command(),      bridge_check_command(), calibrate_command(),   compensate_command(),
-       doctor_command(),    drift_command(),        experiment_command(),  export_command(),
-       fk_command(),        iso9283_command(),      kuka_commands(),       kuka_write_command(),
-       kuka_lint_command(), listen_command(),       plan_command(),        positioner_command(),
-       replay_command(),    restore_command(),      robot_commands(),      robot_fix_command(),
-       tls_commands(),      tls_init_command(),     tls_client_command(),  tool_command()});
+      {access_commands(),  access_add_command(),   access_list_command(), access_revoke_command(),
+       base_command(),     bridge_check_command(), calibrate_command(),   compensate_command(),
+       doctor_command(),   drift_command(),        export_command(),      fk_command(),
+       iso9283_command(),  kuka_commands(),        kuka_write_command(),  kuka_lint_command(),
+       listen_command(),   plan_command(),         positioner_command(),  replay_command(),
+       restore_command(),  robot_commands(),       robot_fix_command(),   tls_commands(),
+       tls_init_command(), tls_client_command(),   tool_command()});
   line.commands.push_back(audit_verify_command());  // behind its group, which is the daemon's
   return run_command_line(line, {argv + 1, argv + argc});
 }

@@ -11,6 +11,7 @@
 #include "config/model_file.hpp"
 #include "config/text_file.hpp"
 #include "core/compensate/largest_correction.hpp"
+#include "core/identify/calibrate.hpp"
 #include "core/identify/carried_payload.hpp"
 #include "core/identify/measured_time.hpp"
 #include "core/identify/option_names.hpp"
@@ -108,14 +109,13 @@ void add_validation(MeasurementData& data, const std::string& file, const RobotM
 
 CalibrateOptions options_of(const CalibrateCommand& command) {
   CalibrateOptions options;
-  options.method = value_of(kMethodNames, command.method);
   options.loss = value_of(kLossNames, command.loss);
   options.prior = value_of(kPriorNames, command.prior);
   options.noise = noise_of(command.noise);
   options.non_geometric = command.non_geometric == "auto";
   if (!command.harmonics.empty()) options.harmonics = command.harmonics;
   options.thermal = value_of(kThermalNames, command.thermal);
-  options.residual = *residual_kinds(command.residual);
+  options.field = value_of(kFieldNames, command.residual);
   return options;
 }
 
@@ -319,14 +319,16 @@ Command calibrate_command() {
            Option("--seed", &c.seed, "Of the split or the folds"),
            Option("--repeat", &c.repeat, "Splits with as many seeds, their mean and standard deviation",
                   {.check = in_range(1, 10'000), .needs = {"--split"}}),
-           Option("--method", &c.method, "Identification", {.check = available(names_of(kMethodNames))}),
            Option(
                "--non-geometric", &c.non_geometric,
                "Non-geometric errors of the joints (gear harmonics, compliance, backlash): those that cross-validation keeps",
                {.check = available(names_of(kNoneOrAuto))}),
            Option("--harmonics", &c.harmonics, "Multiples of a joint's angle to look for, as 1,2,162",
                   {.check = in_range(1, 10'000)}),
-           Option("--residual", &c.residual, "Residual field", {.check = available(residual_names())}),
+           Option(
+               "--residual", &c.residual,
+               "Gaussian process over what the model leaves; auto: where cross-validation shows that it helps",
+               {.check = available(names_of(kFieldNames))}),
            Option(
                "--thermal", &c.thermal,
                "Source of the arm's temperatures: the columns temp1.., or the time of a campaign that began cold; "

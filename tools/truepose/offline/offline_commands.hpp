@@ -18,7 +18,6 @@ Command calibrate_command();      ///< a test of the verdict failed
 Command compensate_command();     ///< a target cannot be reached
 Command doctor_command();         ///< a fault was found
 Command drift_command();  ///< the model is no longer right; without a file the daemon measures and judges
-Command experiment_command();  ///< the two-stage fit did not converge in every trial
 Command export_command();
 Command fk_command();
 Command iso9283_command();

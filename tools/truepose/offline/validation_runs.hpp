@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "core/identify/calibrate.hpp"
+#include "core/identify/calibration.hpp"
 #include "core/judge/splits_verdict.hpp"
 
 namespace truepose::tools {

@@ -184,7 +184,7 @@ std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
         {"--non-geometric", &a.non_geometric, "none, auto; this and what follows: default as configured",
          {.check = available(names_of(kNoneOrAuto)), .key = "non_geometric"}},
         {"--harmonics", &a.harmonics, "multiples of a joint's angle to look for", {.key = "harmonics"}},
-        {"--residual", &a.residual, "residual field: none, auto, or its name", {.key = "residual"}},
+        {"--residual", &a.residual, "Gaussian process over what the model leaves: none, auto or gp", {.key = "residual"}},
         {"--loss", &a.loss, "how points that are far off weigh", {.key = "loss"}},
         {"--prior", &a.prior, "auto, off, on: deviations from the data sheet are taken as small until measured",
          {.key = "prior"}},

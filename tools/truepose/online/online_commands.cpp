@@ -199,7 +199,7 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
         {"--model", &a.report.model,
          "a model file by which --path is judged without a campaign; no daemon is needed",
          {.needs = {"--path", "--robot"},
-          .excludes = {"ID", "--document", "--store", "--daemon", "--truth", "--iso9283", "--frame", "--experiment"},
+          .excludes = {"ID", "--document", "--store", "--daemon", "--truth", "--iso9283", "--frame"},
           .file = FileUse::Read}},
         {"--robot", &a.report.robot, "the robot file from which --model was identified",
          {.needs = {"--model"}, .file = FileUse::Read}},
@@ -208,8 +208,6 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
         {"--frame", &a.report.frame,
          "a tool that was measured (truepose tool --json, or campaign export --document), to be a section of the page",
          {.file = FileUse::Read}},
-        {"--experiment", &a.report.experiment,
-         "an experiment (truepose experiment --json), to be sections of the page", {.file = FileUse::Read}},
         {"--html", &a.report.html, "write the page here", {.file = FileUse::Written}},
         {"--out-json", &a.report.json, "write the document here", {.file = FileUse::Written}}},
        nullptr, [](const OnlineArguments& x, const json::object&) {

@@ -34,9 +34,9 @@ struct ReportOptions {
   std::filesystem::path document;  ///< a calibration document on a file instead of the daemon's
   std::filesystem::path truth;     ///< what a simulated arm really is, to stand beside what was identified
   std::filesystem::path path;      ///< what a production program did (CSV), to be judged beside it
-  std::filesystem::path robot, model;  ///< by which the path alone is judged, without a campaign
-  std::filesystem::path iso9283, experiment, frame;  ///< documents that the page gets sections of
-  std::filesystem::path html, json;                  ///< files to write
+  std::filesystem::path robot, model;    ///< by which the path alone is judged, without a campaign
+  std::filesystem::path iso9283, frame;  ///< documents that the page gets sections of
+  std::filesystem::path html, json;      ///< files to write
 };
 
 /// Reports a campaign: prints the table of errors (with `--json` the whole document) and writes the files

@@ -67,12 +67,10 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
       options.document.empty() ? fetch_document(online, options) : read_document(options.document);
   if (auto truth = read_if_given(options.truth)) document["truth"] = *std::move(truth);
   if (!options.path.empty()) document["production"] = production_of(options.path, document);
-  const auto iso9283 = read_if_given(options.iso9283), experiment = read_if_given(options.experiment),
-             frame = read_if_given(options.frame);
+  const auto iso9283 = read_if_given(options.iso9283), frame = read_if_given(options.frame);
   // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
-  const std::string html = report::render_html(
-      document,
-      {iso9283 ? &*iso9283 : nullptr, experiment ? &*experiment : nullptr, frame ? &*frame : nullptr});
+  const std::string html =
+      report::render_html(document, {iso9283 ? &*iso9283 : nullptr, frame ? &*frame : nullptr});
   const std::string table = report::render_text(document);
   const std::string text = control::json_text(document) + "\n";
   std::vector<config::TextFile> files;

@@ -1,14 +1,38 @@
-#include "core/field/kriging.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "core/field/point_cloud.hpp"
 #include "core/math/dense_algebra.hpp"
+#include "tools/experiment/point_cloud.hpp"
+#include "tools/experiment/regression_methods.hpp"
 
 namespace truepose {
 namespace {
+
+/// Half the expected squared difference of two targets, by the distance h of their poses:
+/// gamma(h) = nugget + sill (1 - rho(h / range)) for h > 0. Targets at unit scale.
+struct Semivariogram {
+  enum class Model { Spherical, Exponential, Gaussian };
+
+  Model model = Model::Spherical;
+  double nugget = 0;  ///< variance of the noise
+  double sill = 0;    ///< variance of the field
+  double range = 1;   ///< in units of the features' spread
+
+  /// rho(h / range): 1 at 0.
+  double correlation(double distance) const {
+    const double h = distance / range;
+    switch (model) {
+      case Model::Spherical:
+        return h < 1 ? 1 - 1.5 * h + 0.5 * h * h * h : 0;
+      case Model::Exponential:
+        return std::exp(-h);
+      case Model::Gaussian:
+        return std::exp(-h * h);
+    }
+    return 0;
+  }
+};
 
 struct Pairs {
   double distance = 0, gamma = 0;  ///< means over the pairs of a bin
@@ -81,21 +105,14 @@ Fit fit_linear(Semivariogram variogram, const std::vector<Pairs>& bins) {
   return {variogram, left(best)};
 }
 
-}  // namespace
-
-double Semivariogram::correlation(double distance) const {
-  const double h = distance / range;
-  switch (model) {
-    case Model::Spherical:
-      return h < 1 ? 1 - 1.5 * h + 0.5 * h * h * h : 0;
-    case Model::Exponential:
-      return std::exp(-h);
-    case Model::Gaussian:
-      return std::exp(-h * h);
-  }
-  return 0;
-}
-
+/// Fits each model to the binned empirical semivariogram of all targets by weighted least squares, and keeps
+/// the best. Pairs of one group are left out: they share what one group has in common.
+///
+/// @param Z  N x d features at unit spread
+/// @param T  N x m targets at unit scale
+/// @param groups  of each point
+/// Source: Cressie, Fitting variogram models by weighted least squares (1985); range by search, as the model
+/// is linear in the rest.
 Semivariogram fit_semivariogram(const Eigen::MatrixXd& Z, const Eigen::MatrixXd& T,
                                 const std::vector<int>& groups) {
   constexpr int kRanges = 40;
@@ -112,8 +129,6 @@ Semivariogram fit_semivariogram(const Eigen::MatrixXd& Z, const Eigen::MatrixXd&
   }
   return best.variogram;
 }
-
-namespace {
 
 /// Covariances of the errors at all points, computed once: a prediction looks some up.
 Eigen::MatrixXd covariances(const Semivariogram& variogram, const Eigen::MatrixXd& Z) {
@@ -177,29 +192,29 @@ class LocalKriging {
 
 class Kriging final : public Regressor {
  public:
-  explicit Kriging(const RegressorState& state)
-      : state_{state},
-        cloud_{state.X},
-        variogram_{static_cast<Semivariogram::Model>(state.hyper.at("model")), state.hyper.at("nugget"),
-                   state.hyper.at("sill"), state.hyper.at("range")},
+  explicit Kriging(RegressorState of)
+      : Regressor{std::move(of)},
+        cloud_{state().X},
+        variogram_{static_cast<Semivariogram::Model>(state().hyper.at("model")), state().hyper.at("nugget"),
+                   state().hyper.at("sill"), state().hyper.at("range")},
         covariances_{covariances(variogram_, cloud_.Z())},
-        neighbours_{static_cast<int>(state.hyper.at("neighbours"))} {}
+        neighbours_{static_cast<int>(state().hyper.at("neighbours"))} {}
 
   void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
                Eigen::Ref<Eigen::VectorXd> y) const noexcept override {
     const Neighbours near = cloud_.nearest(cloud_.scaled(x), neighbours_);
     y.setZero();
-    LocalKriging{variogram_, covariances_, near.span()}.add_value(state_.Y, belief(near), y);
+    LocalKriging{variogram_, covariances_, near.span()}.add_value(state().Y, belief(near), y);
   }
 
   Eigen::VectorXd variance(const Eigen::Ref<const Eigen::VectorXd>& x) const override {
     const Neighbours near = cloud_.nearest(cloud_.scaled(x), neighbours_);
     const double believed = belief(near) * belief(near);
     const double local = LocalKriging{variogram_, covariances_, near.span()}.variance();
-    return target_scale(state_.Y).cwiseAbs2() * (believed * local + (1 - believed) * variogram_.sill);
+    return target_scale(state().Y).cwiseAbs2() * (believed * local + (1 - believed) * variogram_.sill);
   }
 
-  Eigen::VectorXd noise() const override { return target_scale(state_.Y).cwiseAbs2() * variogram_.nugget; }
+  Eigen::VectorXd noise() const override { return target_scale(state().Y).cwiseAbs2() * variogram_.nugget; }
 
   std::optional<double> freedom() const override {
     double trace = 0;
@@ -210,12 +225,9 @@ class Kriging final : public Regressor {
     return trace;
   }
 
-  RegressorState state() const override { return state_; }
-
  private:
   double belief(const Neighbours& near) const { return cloud_.belief(near.span().front().distance); }
 
-  RegressorState state_;
   PointCloud cloud_;
   Semivariogram variogram_;
   Eigen::MatrixXd covariances_;
@@ -243,9 +255,7 @@ int best_neighbours(const PointCloud& cloud, const Semivariogram& variogram, con
       kNeighbours[static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin())]);
 }
 
-}  // namespace
-
-std::map<std::string, double> kriging_hyper(const RegressionData& data) {
+Hyper kriging_hyper(const RegressionData& data) {
   const PointCloud cloud{data.X};
   const std::vector<int> groups = group_numbers(data.groups, data.X.rows());
   const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
@@ -257,6 +267,15 @@ std::map<std::string, double> kriging_hyper(const RegressionData& data) {
           {"neighbours", best_neighbours(cloud, fitted, data.Y, groups)}};
 }
 
-RegressorPtr make_kriging(const RegressorState& state) { return std::make_shared<Kriging>(state); }
+}  // namespace
+
+const RegressionMethod kKriging{
+    .name = "kriging",
+    .fit = [](const RegressionData& data, int /*jobs*/) -> RegressorPtr {
+      return std::make_shared<Kriging>(RegressorState{data.X, data.Y, kriging_hyper(data)});
+    },
+    .refit = [](const Hyper& hyper, const RegressionData& data) -> RegressorPtr {
+      return std::make_shared<Kriging>(RegressorState{data.X, data.Y, hyper});
+    }};
 
 }  // namespace truepose

@@ -1,11 +1,13 @@
-#include "core/field/moving_least_squares.hpp"
-
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <span>
+#include <utility>
 
-#include "core/field/point_cloud.hpp"
 #include "core/math/dense_algebra.hpp"
+#include "tools/experiment/point_cloud.hpp"
+#include "tools/experiment/regression_methods.hpp"
 
 namespace truepose {
 namespace {
@@ -115,32 +117,27 @@ class LocalPlane {
 
 class MovingLeastSquares final : public Regressor {
  public:
-  explicit MovingLeastSquares(const RegressorState& state)
-      : state_{state},
-        cloud_{state.X},
+  explicit MovingLeastSquares(RegressorState of)
+      : Regressor{std::move(of)},
+        cloud_{state().X},
         columns_{cloud_.Z().transpose()},
-        bandwidth_{state.hyper.at("bandwidth")},
-        ridge_{state.hyper.at("ridge")} {}
+        bandwidth_{state().hyper.at("bandwidth")},
+        ridge_{state().hyper.at("ridge")} {}
 
   void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
                Eigen::Ref<Eigen::VectorXd> y) const noexcept override {
     const LocalPlane plane{cloud_, columns_, cloud_.scaled(x), bandwidth_, [](int) { return true; }};
     y.setZero();
-    plane.add_value(ridge_, cloud_.belief(plane.nearest()), state_.Y, y);
+    plane.add_value(ridge_, cloud_.belief(plane.nearest()), state().Y, y);
   }
 
-  RegressorState state() const override { return state_; }
-
  private:
-  RegressorState state_;
   PointCloud cloud_;
   Eigen::MatrixXd columns_;
   double bandwidth_, ridge_;
 };
 
-}  // namespace
-
-std::map<std::string, double> moving_least_squares_hyper(const RegressionData& data) {
+Hyper moving_least_squares_hyper(const RegressionData& data) {
   constexpr std::array kBandwidths{0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};  // times sqrt(d / 6)
   constexpr std::array kRidges{1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0};
   const PointCloud cloud{data.X};
@@ -148,7 +145,7 @@ std::map<std::string, double> moving_least_squares_hyper(const RegressionData& d
   const std::vector<int> groups = group_numbers(data.groups, data.X.rows());
   const double unit = std::sqrt(static_cast<double>(data.X.cols()) / 6);
   double smallest = std::numeric_limits<double>::infinity();
-  std::map<std::string, double> best;
+  Hyper best;
   for (const double bandwidth : kBandwidths) {
     Eigen::VectorXd errors = Eigen::VectorXd::Zero(kRidges.size());
     for (Eigen::Index i = 0; i < data.X.rows(); ++i) {
@@ -170,8 +167,16 @@ std::map<std::string, double> moving_least_squares_hyper(const RegressionData& d
   return best;
 }
 
-RegressorPtr make_moving_least_squares(const RegressorState& state) {
-  return std::make_shared<MovingLeastSquares>(state);
-}
+}  // namespace
+
+const RegressionMethod kMovingLeastSquares{
+    .name = "mls",
+    .fit = [](const RegressionData& data, int /*jobs*/) -> RegressorPtr {
+      return std::make_shared<MovingLeastSquares>(
+          RegressorState{data.X, data.Y, moving_least_squares_hyper(data)});
+    },
+    .refit = [](const Hyper& hyper, const RegressionData& data) -> RegressorPtr {
+      return std::make_shared<MovingLeastSquares>(RegressorState{data.X, data.Y, hyper});
+    }};
 
 }  // namespace truepose

@@ -1,4 +1,4 @@
-#include "core/identify/particle_swarm.hpp"
+#include "tools/experiment/particle_swarm.hpp"
 
 #include <algorithm>
 #include <limits>

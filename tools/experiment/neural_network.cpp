@@ -1,11 +1,14 @@
-#include "core/field/neural_network.hpp"
-
+#include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
+#include <vector>
 
-#include "core/field/point_cloud.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/random.hpp"
 #include "core/step_count.hpp"
+#include "tools/experiment/point_cloud.hpp"
+#include "tools/experiment/regression_methods.hpp"
 
 namespace truepose {
 namespace {
@@ -140,84 +143,73 @@ class Training {
   double squared_error_ = 0;
 };
 
-Shape shape_of(const RegressorState& state) {
-  return {state.X.cols(), static_cast<Eigen::Index>(state.hyper.at("hidden")), state.Y.cols()};
-}
+struct Trained {
+  Shape shape;
+  Hyper hyper;
+  std::vector<Eigen::VectorXd> members;  ///< weights of each, column by column, biases last
+};
 
 /// Trains every member; each finds its precisions unless they are given.
-RegressorState train(const RegressionData& data, const std::optional<Precisions>& given) {
+Trained train(const RegressionData& data, const std::optional<Precisions>& given) {
   const Eigen::MatrixXd Z = FeatureScale{data.X}.apply_all(data.X);
   const Eigen::MatrixXd T = data.Y * target_scale(data.Y).cwiseInverse().asDiagonal();
-  RegressorState state{.kind = RegressorKind::NeuralNetwork, .X = data.X, .Y = data.Y};
+  const auto hidden = std::clamp(kMostWeights / (Z.cols() + 1 + T.cols()), kFewestHidden, kMostHidden);
+  Trained trained{.shape = {Z.cols(), hidden, T.cols()}, .hyper = {}, .members = {}};
   double log_decay = 0, log_noise = 0;
-  const auto hidden =
-      static_cast<int>(std::clamp(kMostWeights / (Z.cols() + 1 + T.cols()), kFewestHidden, kMostHidden));
   for (int member = 0; member < kMembers; ++member) {
     Precisions precisions = given.value_or(Precisions{});
-    Training training{{Z.cols(), hidden, T.cols()}, Z, T, static_cast<std::uint64_t>(member)};
+    Training training{trained.shape, Z, T, static_cast<std::uint64_t>(member)};
     training.run(precisions, !given);
-    state.weights.insert(state.weights.end(), training.weights().begin(), training.weights().end());
+    trained.members.push_back(training.weights());
     log_decay += std::log(precisions.decay) / kMembers;
     log_noise += std::log(precisions.noise) / kMembers;
   }
-  state.hyper = {{"hidden", hidden},
-                 {"members", kMembers},
-                 {"decay", given ? given->decay : std::exp(log_decay)},
-                 {"noise", given ? given->noise : std::exp(log_noise)}};
-  return state;
+  trained.hyper = {{"decay", given ? given->decay : std::exp(log_decay)},
+                   {"noise", given ? given->noise : std::exp(log_noise)}};
+  return trained;
 }
 
 class NeuralNetwork final : public Regressor {
  public:
-  explicit NeuralNetwork(const RegressorState& state)
-      : state_{state},
-        shape_{shape_of(state)},
-        members_{static_cast<int>(state.hyper.at("members"))},
-        cloud_{state.X} {
-    target_scale_ = target_scale(state.Y);
-  }
+  NeuralNetwork(const RegressionData& data, Trained trained)
+      : Regressor{{data.X, data.Y, std::move(trained.hyper)}},
+        shape_{trained.shape},
+        members_{std::move(trained.members)},
+        cloud_{data.X},
+        target_scale_{target_scale(data.Y)} {}
 
   void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
                Eigen::Ref<Eigen::VectorXd> y) const noexcept override {
     const Features z = cloud_.scaled(x);
     y.setZero();
-    for (int member = 0; member < members_; ++member) {
-      const double* w = state_.weights.data() + member * shape_.weights();
-      const auto W1 = shape_.W1(w);
-      const auto W2 = shape_.W2(w);
+    for (const Eigen::VectorXd& w : members_) {
+      const auto W1 = shape_.W1(w.data());
+      const auto W2 = shape_.W2(w.data());
       y += W2.col(shape_.hidden);
       for (Eigen::Index h = 0; h < shape_.hidden; ++h)
         y += std::tanh(W1.row(h).head(shape_.inputs).dot(z) + W1(h, shape_.inputs)) * W2.col(h);
     }
     const double belief = cloud_.belief(cloud_.nearest(z, 1).span().front().distance);
-    y = (belief / members_ * y.array() * target_scale_.array()).matrix();
+    y = (belief / kMembers * y.array() * target_scale_.array()).matrix();
   }
 
-  RegressorState state() const override { return state_; }
-
  private:
-  RegressorState state_;
   Shape shape_;
-  int members_;
+  std::vector<Eigen::VectorXd> members_;
   PointCloud cloud_;
   Eigen::VectorXd target_scale_;
 };
 
 }  // namespace
 
-RegressorState fit_neural_network(const RegressionData& data) { return train(data, std::nullopt); }
-
-RegressorState refit_neural_network(const std::map<std::string, double>& hyper, const RegressionData& data) {
-  return train(data, Precisions{hyper.at("decay"), hyper.at("noise")});
-}
-
-RegressorPtr make_neural_network(const RegressorState& state) {
-  return std::make_shared<NeuralNetwork>(state);
-}
-
-std::size_t neural_network_weights(const RegressorState& state) {
-  return static_cast<std::size_t>(shape_of(state).weights()) *
-         static_cast<std::size_t>(state.hyper.at("members"));
-}
+const RegressionMethod kNeuralNetwork{
+    .name = "nn",
+    .fit = [](const RegressionData& data, int /*jobs*/) -> RegressorPtr {
+      return std::make_shared<NeuralNetwork>(data, train(data, std::nullopt));
+    },
+    .refit = [](const Hyper& hyper, const RegressionData& data) -> RegressorPtr {
+      return std::make_shared<NeuralNetwork>(data,
+                                             train(data, Precisions{hyper.at("decay"), hyper.at("noise")}));
+    }};
 
 }  // namespace truepose

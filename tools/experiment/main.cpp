@@ -1,41 +1,77 @@
 #include <fmt/format.h>
+#include <getopt.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/json.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
+#include <exception>
 #include <filesystem>
-#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "config/program_options.hpp"
 #include "config/robot_file.hpp"
 #include "config/text_file.hpp"
 #include "core/math/parallel.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "daemon/report/number_text.hpp"
-#include "daemon/report/report.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "tools/experiment/experiment.hpp"
-#include "tools/truepose/offline/jobs_option.hpp"
-#include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/experiment/experiment_page.hpp"
+#include "tools/steering/exit_code.hpp"
 #include "tools/truepose/progress_line.hpp"
 #include "tools/truepose/text.hpp"
 
-namespace truepose::tools {
 namespace {
 
+using namespace truepose;
 namespace json = boost::json;
 using report::error_text;
+using tools::Cells, tools::text_table;
 
-struct ExperimentCommand {
+constexpr const char* kHelp =
+    R"(Compares all methods on a simulated arm with the published figures.
+Usage: truepose-experiment [OPTIONS]
+
+Options:
+  -h,--help       Print this help message and exit
+  --robot FILE    robot file (YAML) of six revolute joints; left out: the KR 210 R2700-2
+  --seed UINT     of all random numbers; left out: 0
+  --trials INT    placements, poses and noise drawn for each method, 1 to 100000; left out: 200
+  --jobs INT      threads, 1 to 1024; the result is the same with any number; left out: one a processor
+  --report FILE   write a page here (HTML, one file)
+  --json          print one JSON document
+)";
+
+struct Options {
   std::filesystem::path robot_file, report_file;  ///< empty = the paper's arm, no report
-  ExperimentOptions options;
+  ExperimentOptions experiment;
   int jobs = processor_count();
   bool as_json = false;
 };
+
+using Known = config::ProgramOption<Options>;
+
+constexpr std::array kKnown{
+    Known{"robot", [](Options& o) { o.robot_file = optarg; }},
+    Known{"seed", [](Options& o) { o.experiment.seed = config::number_of<std::uint64_t>("--seed"); }},
+    Known{"trials",
+          [](Options& o) {
+            o.experiment.trials =
+                config::number_of<int>("--trials", "a whole number from 1 to 100000", 1, 100'000);
+          }},
+    Known{"jobs",
+          [](Options& o) {
+            o.jobs = config::number_of<int>("--jobs", "a whole number from 1 to 1024", 1, 1024);
+          }},
+    Known{"report", [](Options& o) { o.report_file = optarg; }},
+    Known{"json", [](Options& o) { o.as_json = true; }, no_argument}};
 
 // ---- As a document ----
 
@@ -218,16 +254,16 @@ double thread_time_s() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-ExperimentResult run(const ExperimentCommand& command) {
+ExperimentResult result_of(const Options& options) {
   const RobotModel robot =
-      command.robot_file.empty() ? published_arm() : config::load_robot(command.robot_file);
-  ProgressLine line;
+      options.robot_file.empty() ? published_arm() : config::load_robot(options.robot_file);
+  tools::ProgressLine line;
   const ExperimentHooks hooks{
       .clock_s = thread_time_s,
       .progress = [&](double share, std::string_view doing) { line.show(share, doing); },
-      .jobs = command.jobs};
-  auto result = run_experiment(robot, command.options, hooks);
-  if (!result) throw config::ConfigError(command.robot_file.string() + ": " + result.error());
+      .jobs = options.jobs};
+  auto result = run_experiment(robot, options.experiment, hooks);
+  if (!result) throw config::ConfigError(options.robot_file.string() + ": " + result.error());
   return *std::move(result);
 }
 
@@ -238,38 +274,27 @@ bool worked(const ExperimentResult& result) {
   });
 }
 
-int run_experiment_command(const ExperimentCommand& command) {
-  const ExperimentResult result = run(command);
-  const json::object document = experiment_document(command.options, result);
+int run(const Options& options) {
+  const ExperimentResult result = result_of(options);
+  const json::object document = experiment_document(options.experiment, result);
   const std::string text =
-      command.as_json ? control::json_text(document) + "\n" : experiment_text(command.options, result);
+      options.as_json ? control::json_text(document) + "\n" : experiment_text(options.experiment, result);
   std::fputs(text.c_str(), stdout);  // first, so that a report that cannot be written costs no minutes
-  if (!command.report_file.empty())
-    config::write_text_file(command.report_file, report::render_experiment_html(document));
-  if (!worked(result))
-    throw CommandError{kFailed, "the two-stage fit did not converge in every trial: see its share of trials"};
-  return kDone;
+  if (!options.report_file.empty())
+    config::write_text_file(options.report_file, report::render_experiment_html(document));
+  if (worked(result)) return steering::kDone;
+  std::fputs(
+      "truepose-experiment: the two-stage fit did not converge in every trial: see its share of trials\n",
+      stderr);
+  return steering::kFailed;
 }
 
 }  // namespace
 
-Command experiment_command() {
-  const auto command = std::make_shared<ExperimentCommand>();
-  ExperimentCommand& c = *command;
-  return {
-      .name = "experiment",
-      .help = "Compares all methods on a simulated arm with the published figures",
-      .options = {Option("--robot", &c.robot_file,
-                         "Robot file (YAML) of six revolute joints; without it the KR 210 R2700-2",
-                         {.file = FileUse::Read}),
-                  Option("--seed", &c.options.seed, "Of all random numbers", {.shows_default = true}),
-                  Option("--trials", &c.options.trials, "Placements, poses and noise drawn for each method",
-                         {.shows_default = true, .check = in_range(1, 100'000)}),
-                  jobs_option(c.jobs),
-                  Option("--report", &c.report_file, "Write a report here (HTML, one file)",
-                         {.file = FileUse::Written}),
-                  Option("--json", &c.as_json, "One JSON document")},
-      .run = [command] { return run_experiment_command(*command); }};
+int main(int argc, char** argv) try {
+  const auto options = config::read_options<Options>(argc, argv, kKnown, kHelp);
+  return options ? run(*options) : steering::kDone;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "truepose-experiment: %s\n", e.what());
+  return steering::kBadInput;
 }
-
-}  // namespace truepose::tools

@@ -1,6 +1,10 @@
-#include "core/field/inverse_distance.hpp"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
 
-#include "core/field/point_cloud.hpp"
+#include "tools/experiment/point_cloud.hpp"
+#include "tools/experiment/regression_methods.hpp"
 
 namespace truepose {
 namespace {
@@ -19,31 +23,27 @@ void add_mean(std::span<const Neighbour> neighbours, double power, double spacin
 
 class InverseDistance final : public Regressor {
  public:
-  explicit InverseDistance(const RegressorState& state)
-      : state_{state},
-        cloud_{state.X},
-        neighbours_{static_cast<int>(state.hyper.at("neighbours"))},
-        power_{state.hyper.at("power")} {}
+  explicit InverseDistance(RegressorState of)
+      : Regressor{std::move(of)},
+        cloud_{state().X},
+        neighbours_{static_cast<int>(state().hyper.at("neighbours"))},
+        power_{state().hyper.at("power")} {}
 
   void predict(const Eigen::Ref<const Eigen::VectorXd>& x,
                Eigen::Ref<Eigen::VectorXd> y) const noexcept override {
     const Neighbours near = cloud_.nearest(cloud_.scaled(x), neighbours_);
     y.setZero();
-    add_mean(near.span(), power_, cloud_.spacing(), cloud_.belief(near.span().front().distance), state_.Y, y);
+    add_mean(near.span(), power_, cloud_.spacing(), cloud_.belief(near.span().front().distance), state().Y,
+             y);
   }
 
-  RegressorState state() const override { return state_; }
-
  private:
-  RegressorState state_;
   PointCloud cloud_;
   int neighbours_;
   double power_;
 };
 
-}  // namespace
-
-std::map<std::string, double> inverse_distance_hyper(const RegressionData& data) {
+Hyper inverse_distance_hyper(const RegressionData& data) {
   constexpr std::array<std::size_t, 4> kNeighbours{4, 8, 16, 32};
   constexpr std::array kPowers{1.0, 2.0, 3.0, 4.0, 6.0};
   const PointCloud cloud{data.X};
@@ -70,8 +70,15 @@ std::map<std::string, double> inverse_distance_hyper(const RegressionData& data)
           {"power", kPowers[static_cast<std::size_t>(p)]}};
 }
 
-RegressorPtr make_inverse_distance(const RegressorState& state) {
-  return std::make_shared<InverseDistance>(state);
-}
+}  // namespace
+
+const RegressionMethod kInverseDistance{
+    .name = "idw",
+    .fit = [](const RegressionData& data, int /*jobs*/) -> RegressorPtr {
+      return std::make_shared<InverseDistance>(RegressorState{data.X, data.Y, inverse_distance_hyper(data)});
+    },
+    .refit = [](const Hyper& hyper, const RegressionData& data) -> RegressorPtr {
+      return std::make_shared<InverseDistance>(RegressorState{data.X, data.Y, hyper});
+    }};
 
 }  // namespace truepose

@@ -1,3 +1,5 @@
+#include "tools/experiment/experiment_page.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include "daemon/report/json_node.hpp"
 #include "daemon/report/number_text.hpp"
 #include "daemon/report/page.hpp"
-#include "daemon/report/sections.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/xml/escape.hpp"
 
@@ -192,8 +193,6 @@ std::string bound_summary(const Node& document) {
       "summary");
 }
 
-}  // namespace
-
 std::string experiment_sections(const boost::json::object& json) {
   const Node document{json, "experiment document"};
   std::string html =
@@ -204,6 +203,8 @@ std::string experiment_sections(const boost::json::object& json) {
   }
   return html;
 }
+
+}  // namespace
 
 std::string render_experiment_html(const boost::json::object& document) {
   return html_page("Calibration experiment",
