@@ -20,6 +20,7 @@
 #include "core/judge/joint_coverage.hpp"
 #include "core/judge/model_noise.hpp"
 #include "core/judge/movement.hpp"
+#include "core/judge/movement_finding.hpp"
 #include "core/judge/reference_pose.hpp"
 #include "core/judge/reflector_on_axis.hpp"
 #include "core/math/units.hpp"
@@ -45,7 +46,6 @@ constexpr std::size_t kMostPredicted = 200;  // validation points: their covaria
 constexpr double kStillWarming = 0.5;        // of the mean error: less is not worth a word
 constexpr double kNearerThanNoise = 0.5;     // of the mean error that the stated noise alone makes
 constexpr std::size_t kNamed = 4;            // points in one sentence
-constexpr double kLittle = 1.5;              // times the mean error: what of warmth and slips does no harm
 constexpr double kMatters = 0.1;             // of the errors: what far points change of them
 constexpr double kMostBeyondStated = 1.25;   // times: what the statement of a noise may be off by
 constexpr int kFewestRepeats = 6;            // coordinates that are known to scatter
@@ -122,9 +122,7 @@ struct Case : CalibrationEvidence {
 
 using Finds = std::optional<Finding>;
 
-Finds refusal(std::string sentence) { return Finding{Severity::Error, std::move(sentence)}; }
-Finds doubt(std::string sentence) { return Finding{Severity::Warning, std::move(sentence)}; }
-Finds advice(std::string sentence) { return Finding{Severity::Advice, std::move(sentence)}; }
+using enum FindingKind;
 
 Finds too_much_left(const Case& of) {
   const double usual_mm = std::max(of.noise_mm(), kUsualRepeatability_mm);
@@ -134,16 +132,12 @@ Finds too_much_left(const Case& of) {
   const std::string left = formatted(
       "the model leaves %.2f mm in each coordinate, %.0f times the noise that %s", of.calibration.sigma0_mm,
       times_noise, of.noise_known() ? "is stated" : "poses show that were measured again");
-  const Severity severity = times_noise >= kMuchUnmodelled ? Severity::Warning : Severity::Advice;
-  if (times > kMostUnmodelled) return refusal(left);
+  if (times > kMostUnmodelled) return finding(LeavesMuch, left);
   if (of.judged.achieved.mean > kHardlyBetter * of.judged.predicted.before.mean)
-    return doubt(left +
-                 ", and is hardly better than the data sheet: look for what changed while it was measured");
-  if (of.moved || of.rounded) return Finding{severity, left};
-  if (of.calibration.non_geometric)
-    return Finding{severity, left + ": the arm, or what measured it, does what the model does not know"};
-  return Finding{severity,
-                 left + ": identify the non-geometric errors of the joints too (non-geometric auto)"};
+    return finding(HardlyBetter, left + ", and is hardly better than the data sheet");
+  Finding some = finding(times_noise >= kMuchUnmodelled ? LeavesMore : LeavesSome, left);
+  if (of.moved || of.rounded) some.what_to_do.clear();  // these have findings of their own
+  return some;
 }
 
 /// Of a reading of a pose that is measured again and again. A statement of the noise counts as some
@@ -167,69 +161,12 @@ KnownNoise noise_of_reference(const Case& of) {
 Finds reference_moved(const Case& of) {
   auto moved = moved_reference(of.reference_mm, noise_of_reference(of), of.judged.predicted.after.mean);
   if (!moved) return std::nullopt;
-  return refusal(*std::move(moved));
-}
-
-/// "row 12", of several stations "row 12 of 'door.csv'"; of a campaign "pose 12".
-std::string place_of(const MeasurementData& data, std::size_t index) {
-  const Measurement& point = data.points[index];
-  const std::string place = point.row > 0    ? formatted("row %d", point.row)
-                            : point.pose > 0 ? formatted("pose %d", point.pose)
-                                             : formatted("point %zu", index + 1);
-  if (data.station_count() == 1) return place;
-  return place + " of '" + data.stations[static_cast<std::size_t>(point.station)] + "'";
-}
-
-/// "by about 0.21 mm between the points 20 and 21 that were measured"; of several stations, where the points
-/// of all are counted, with the place of the latter.
-std::string way_of(const Movement& moved, const MeasurementData& data) {
-  if (moved.first == 0)
-    return formatted("little by little, by about %.2f mm from the first to the last point that was measured",
-                     moved.moved_mm);
-  const auto place = [&](std::size_t after) {
-    const bool of_all = moved.what.kind != ChangeKind::Base && data.station_count() > 1;
-    return of_all ? " (" + place_of(data, after) + ")" : "";
-  };
-  std::string way = formatted("by about %.2f mm between the points %d and %d", moved.moved_mm, moved.before,
-                              moved.before + 1) +
-                    place(moved.first) + " that were measured";
-  if (moved.again > 0)
-    way += formatted(", and again between the points %d and %d", moved.before_again, moved.before_again + 1) +
-           place(moved.again);
-  return way;
-}
-
-/// A base, a joint or a reflector that something happened to while it was measured.
-std::string told(const Change& change, const MeasurementData& data) {
-  if (change.kind == ChangeKind::Base) return told_of(data, change.index) + "the tracker or the base moved";
-  if (change.kind == ChangeKind::JointZero)
-    return formatted("the encoder offset of joint %d changed", change.index + 1);
-  if (change.kind == ChangeKind::Growth)
-    return "all lengths of the arm changed, as it became warmer or colder";
-  if (change.kind == ChangeKind::Load) return "the load on the flange changed";
-  if (change.kind == ChangeKind::AllZeros) return "the joints were mastered again";
-  return "reflector '" + data.smr_names[static_cast<std::size_t>(change.index)] +
-         "' was exchanged or moved on the flange";
+  return finding(ReferenceMoved, *std::move(moved));
 }
 
 Finds moved_meanwhile(const Case& of) {
-  const auto& moved = of.moved;
-  if (!moved) return std::nullopt;
-  std::string who = told(moved->what, of.data);
-  for (const Change& other : moved->or_else) who += ", or " + told(other, of.data);
-  const bool little = moved->moved_mm < kLittle * of.judged.achieved.mean;
-  const bool is_open = !moved->or_else.empty() || (moved->or_warmth && !little);
-  const std::string how = (is_open ? ", " : " ") + way_of(*moved, of.data);
-  if (moved->or_warmth && little)
-    return Finding{Severity::Note, who + how + ", or the arm warmed up a little: too little to say which"};
-  if (moved->or_warmth) who += ", or the arm warmed up";
-  const bool surely = !moved->or_warmth && (moved->what.kind == ChangeKind::Base || moved->halves);
-  if (!moved->or_joint) return Finding{surely ? Severity::Error : Severity::Warning, who + how};
-  return doubt(
-      who + how +
-      formatted(", or joint %d errs as much with its position: the order of the points does not separate "
-                "these apart, measure them in another one",
-                *moved->or_joint + 1));
+  if (!of.moved) return std::nullopt;
+  return finding_of(*of.moved, of.data, of.judged.achieved.mean);
 }
 
 /// The model is that of the arm as warm as it was at the last point: what it does as it goes on warming up is
@@ -246,10 +183,11 @@ Finds still_warming_up(const Case& of) {
   const auto points = static_cast<double>(of.data.points.size());
   const double further_mm = further.reshaped(3, further.size() / 3).colwise().norm().sum() / points;
   if (further_mm < kStillWarming * of.judged.predicted.after.mean) return std::nullopt;
-  return doubt(formatted(
-      "the arm was still warming up when the last point was measured, %.0f %% of the way: the model is "
-      "that of the arm then, and by about %.2f mm not that of a warm one; warm it up before",
-      100 * reached, further_mm));
+  return finding(
+      StillWarming,
+      formatted("the arm was still warming up when the last point was measured, %.0f %% of the way: the "
+                "model is that of the arm then, and by about %.2f mm not that of a warm one",
+                100 * reached, further_mm));
 }
 
 /// Those of the validation points that are not named one by one, spread evenly where they are very many.
@@ -280,15 +218,15 @@ Finds more_than_predicted(const Case& of) {
       formatted("the validation points are off by %.3f mm on average, where the model predicts %.3f mm",
                 signs->mean_mm, signs->reference_mm);
   if (better_by_its_layers(of.judged.predicted))
-    return advice(off + ": its layers make it better, and less so than they are sure of");
-  return refusal(off);
+    return finding(LayersUnsure, off + ": its layers make it better, and less so than they are sure of");
+  return finding(ValidationOff, off);
 }
 
 Finds beyond_tolerance(const Case& of) {
   const double largest_mm = of.judged.achieved.max;
   if (!of.tolerance_mm || largest_mm <= *of.tolerance_mm) return std::nullopt;
-  return refusal(formatted("the largest error is %.3f mm, beyond the tolerance of %.3f mm", largest_mm,
-                           *of.tolerance_mm));
+  return finding(Tolerance, formatted("the largest error is %.3f mm, beyond the tolerance of %.3f mm",
+                                      largest_mm, *of.tolerance_mm));
 }
 
 Finds nearer_than_noise(const Case& of) {
@@ -296,7 +234,8 @@ Finds nearer_than_noise(const Case& of) {
   const double noise_mm = kMeanOverRms * std::sqrt(3.0) * of.whitening.finest_mm;
   const double mean_mm = of.judged.predicted.after.mean;
   if (mean_mm >= kNearerThanNoise * noise_mm) return std::nullopt;
-  return doubt(
+  return finding(
+      BelowNoise,
       formatted("a mean error of %.4f mm is less than tracker and arm repeat to (%.4f mm by the stated "
                 "noise): the model repeats its points, or the noise is less than stated",
                 mean_mm, noise_mm));
@@ -320,10 +259,12 @@ std::string names_of_points(const MeasurementData& data, std::vector<RejectedPoi
 Finds clock_was_set(const Case& of) {
   const auto step = clock_step(of.data.points);
   if (!step) return std::nullopt;
-  return doubt(formatted(
-      "the times go back by %.0f min between %s and %s and run on from there, as those of a "
-      "clock that was set: motion and warm-up in between are not detected; correct the times",
-      step->back_s / 60, place_of(of.data, step->before).c_str(), place_of(of.data, step->after).c_str()));
+  return finding(
+      ClockSet,
+      formatted("the times go back by %.0f min between %s and %s and run on from there, as those of a "
+                "clock that was set: motion and warm-up in between are not detected",
+                step->back_s / 60, place_of(of.data, step->before).c_str(),
+                place_of(of.data, step->after).c_str()));
 }
 
 Finds rows_left_out(const Case& of) {
@@ -331,13 +272,13 @@ Finds rows_left_out(const Case& of) {
   if (rejected.empty()) return std::nullopt;
   const std::size_t all = points_of(of.data, PoseSet::Identify).size();
   const bool many = static_cast<double>(rejected.size()) > kMostFar * static_cast<double>(all);
-  return Finding{many ? Severity::Warning : Severity::Note,
+  return finding(many ? ManyOutliers : Outliers,
                  formatted("%zu of the %zu points to identify contradict the others and were left out: ",
                            rejected.size(), all) +
-                     names_of_points(of.data, rejected)};
+                     names_of_points(of.data, rejected));
 }
 
-Finds validation_outliers(const Case& of) {
+Finds far_validation(const Case& of) {
   const auto& far = of.calibration.validation_outliers;
   if (far.empty()) return std::nullopt;
   std::vector<Eigen::Vector3d> others_mm;
@@ -349,12 +290,12 @@ Finds validation_outliers(const Case& of) {
   const ErrorStatistics without_them = others_mm.empty() ? with : error_statistics(others_mm);
   const bool matters = with.mean - without_them.mean > kMatters * with.mean ||
                        with.max - without_them.max > kMatters * with.max;
-  return Finding{
-      matters ? Severity::Warning : Severity::Note,
-      formatted("%zu of the %d validation points are beyond six sigma: measure them again; without them "
+  return finding(
+      matters ? ValidationOutliersMatter : ValidationOutliers,
+      formatted("%zu of the %d validation points are beyond six sigma; without them "
                 "the errors are %.3f mm on average and %.3f mm at most, with them %.3f and %.3f mm: ",
                 far.size(), with.count, without_them.mean, without_them.max, with.mean, with.max) +
-          names_of_points(of.data, far)};
+          names_of_points(of.data, far));
 }
 
 /// Points that have the joints of an earlier pose and are elsewhere: their joints are stale.
@@ -379,11 +320,11 @@ Finds joints_stale(const Case& of) {
   if (stale.size() > kNamed) places += formatted(" and %zu more", stale.size() - kNamed);
   const bool all_far = std::ranges::all_of(
       stale, [far = far_points(of.calibration)](std::size_t i) { return std::ranges::count(far, i) > 0; });
-  return Finding{
-      all_far ? Severity::Note : Severity::Warning,
+  return finding(
+      all_far ? StaleJointsLeftOut : StaleJoints,
       formatted("the same joints are given for points far apart, at %s: joints that were read before "
-                "the arm had moved; leave out the wrong ones of them",
-                places.c_str())};
+                "the arm had moved",
+                places.c_str()));
 }
 
 /// Of readings that are the same to the last digit, all but the first.
@@ -400,30 +341,29 @@ std::ptrdiff_t readings_told_again(std::span<const Measurement> points) {
 Finds told_twice(const Case& of) {
   const std::ptrdiff_t again = readings_told_again(of.data.points);
   if (!of.noise_known() || again == 0) return std::nullopt;
-  return doubt(
+  return finding(
+      Duplicates,
       formatted("%td points repeat the joints and the reading of others to the last digit: a reading that "
-                "is given twice makes the model no surer, leave them out",
+                "is given twice makes the model no surer",
                 again));
 }
 
 Finds noise_not_stated(const Case& of) {
   if (of.noise_known()) return std::nullopt;
   const double noise_mm = of.repeated_mm > 0 ? of.repeated_mm : of.calibration.sigma0_mm;
-  return Finding{
-      Severity::Note,
-      formatted("no noise is stated: it is taken as the %.3f mm in each coordinate that %s; state "
-                "--tracker-noise and --repeatability to have the residuals judged by them",
-                noise_mm,
-                of.repeated_mm > 0 ? "poses scatter by that were measured again" : "the model leaves")};
+  return finding(
+      NoiseUnstated,
+      formatted("no noise is stated: it is taken as the %.3f mm in each coordinate that %s", noise_mm,
+                of.repeated_mm > 0 ? "poses scatter by that were measured again" : "the model leaves"));
 }
 
 Finds field_of_some(const Case& of) {
   if (!of.calibration.cell.robot.field) return std::nullopt;
   const int poses = count_poses(points_of(without(of.calibration.rejected, of.data), PoseSet::Identify));
   if (poses <= static_cast<int>(kMostFieldPoses)) return std::nullopt;
-  return Finding{Severity::Note,
+  return finding(FieldSubset,
                  formatted("the residual field is made of %zu of the %d poses, spread evenly over the rows",
-                           kMostFieldPoses, poses)};
+                           kMostFieldPoses, poses));
 }
 
 Finds joints_rounded(const Case& of) { return of.rounded; }
@@ -444,11 +384,11 @@ Finds warmth_of_validation_open(const Case& of) {
   if (!thermal || !thermal->clock || !thermal->response) return std::nullopt;
   const std::ptrdiff_t open = std::ranges::count_if(of.data.points, warmth_is_open);
   if (open == 0) return std::nullopt;
-  return Finding{
-      Severity::Note,
+  return finding(
+      WarmthOpen,
       formatted("how warm the arm was at %td validation points is taken from their own readings, as "
-                "nothing says when they were measured: give all points a time",
-                open)};
+                "nothing says when they were measured",
+                open));
 }
 
 // What figures alone tell
@@ -464,32 +404,25 @@ struct CalibrationFigures {
 
 Finds not_converged(const CalibrationFigures& of) {
   if (of.converged) return std::nullopt;
-  return refusal("the identification did not converge: check the robot file and the measurements");
+  return finding(NotConverged, "the identification did not converge");
 }
 
 Finds no_better(const CalibrationFigures& of) {
   if (of.is_positioner || improves(of.before, of.after)) return std::nullopt;
-  return refusal(
-      "the calibrated arm is no better than the nominal one: check the robot file, the mounting of the reflector "
-      "and the tracker");
+  return finding(NoBetter, "the calibrated arm is no better than the nominal one");
 }
 
 Finds too_few_validated(const CalibrationFigures& of) {
   if (of.unseen_poses >= kFewestValidated) return std::nullopt;
   if (of.unseen_poses == 0)
-    return doubt(
-        "nothing but the points that it was fitted to shows how good it is: validate on other poses");
-  return doubt(formatted(
-      "%d validation %s of all others: validate on at least %d poses that the identification has "
-      "not seen",
-      of.unseen_poses, of.unseen_poses == 1 ? "pose says little" : "poses say little", kFewestValidated));
+    return finding(NotValidated, "nothing but the points that it was fitted to shows how good it is");
+  return finding(FewValidated, formatted("%d validation %s of all others", of.unseen_poses,
+                                         of.unseen_poses == 1 ? "pose says little" : "poses say little"));
 }
 
 Finds unknown_elsewhere(const CalibrationFigures& of) {
   if (!of.worse_elsewhere) return std::nullopt;
-  return advice(
-      "use it only where poses were measured: elsewhere it may be worse than the data sheet; measure "
-      "more poses, spread over the workspace, to use it everywhere");
+  return finding(UnknownElsewhere, "elsewhere than at measured poses it may be worse than the data sheet");
 }
 
 /// Whether an arm that came back to a pose may tell it as the other.
@@ -531,7 +464,7 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
 constexpr std::array kOfEvidence{
     too_much_left,    reference_moved,   moved_meanwhile,          still_warming_up, more_than_predicted,
-    beyond_tolerance, nearer_than_noise, validation_outliers,      rows_left_out,    joints_stale,
+    beyond_tolerance, nearer_than_noise, far_validation,           rows_left_out,    joints_stale,
     told_twice,       clock_was_set,     noise_not_stated,         joints_rounded,   field_of_some,
     on_last_axis,     poses_narrow,      warmth_of_validation_open};
 

@@ -9,25 +9,10 @@
 
 #include "core/identify/calibration.hpp"
 #include "core/identify/measurement.hpp"
+#include "core/judge/finding_kinds.hpp"
 #include "core/named.hpp"
 
 namespace truepose {
-
-/// How much a finding weighs, the least first.
-enum class Severity {
-  Note,     ///< worth knowing, and harmless
-  Advice,   ///< what the data cannot show
-  Warning,  ///< a test that failed: somebody has to look before the model is used
-  Error,    ///< the model is not to be used
-};
-inline constexpr std::array kSeverityNames{Named{"note", Severity::Note}, Named{"advice", Severity::Advice},
-                                           Named{"warning", Severity::Warning},
-                                           Named{"error", Severity::Error}};
-
-struct Finding {
-  Severity severity = Severity::Note;
-  std::string sentence;  ///< for the operator, without a capital or a full stop
-};
 
 enum class VerdictColor { Green, Amber, Red };
 inline constexpr std::array kVerdictColorNames{Named{"green", VerdictColor::Green},

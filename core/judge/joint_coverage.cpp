@@ -56,10 +56,9 @@ std::optional<Finding> narrow_poses(const RobotModel& robot, std::span<const Mea
     ++count;
   }
   if (2 * count <= robot.joint_count()) return std::nullopt;
-  return Finding{Severity::Warning,
+  return finding(FindingKind::NarrowPoses,
                  "the poses take up less than a quarter of the range of most joints: " + narrow +
-                     "; elsewhere the model was not seen: measure poses over the whole range, or state that "
-                     "it is used there alone (--local, or the task of the cell file)"};
+                     "; elsewhere the model was not seen");
 }
 
 std::optional<Finding> rounded_joints(const CalibratedCell& cell, std::span<const Measurement> points) {
@@ -77,11 +76,11 @@ std::optional<Finding> rounded_joints(const CalibratedCell& cell, std::span<cons
   const double rounding_mm = step_deg * kRadPerDeg / std::sqrt(12.0) * std::sqrt(squares / coordinates);
   const double left_mm = left.norm() / std::sqrt(coordinates);
   if (left_mm < kRoundedLeast * rounding_mm || left_mm > kRoundedMost * rounding_mm) return std::nullopt;
-  return Finding{
-      step_deg > 0.05 ? Severity::Warning : Severity::Advice,
+  return finding(
+      step_deg > 0.05 ? FindingKind::CoarseJoints : FindingKind::RoundedJoints,
       formatted("all joints are given to %g deg, which alone leaves %.2f mm in each coordinate, and "
-                "%.2f mm are left: give them with four decimals",
-                step_deg, rounding_mm, left_mm)};
+                "%.2f mm are left",
+                step_deg, rounding_mm, left_mm));
 }
 
 }  // namespace truepose

@@ -35,10 +35,9 @@ std::optional<Finding> measured_beyond_limits(const RobotModel& nominal,
     if (!joint.empty()) beyond += (beyond.empty() ? "" : ", ") + joint;
   }
   if (beyond.empty()) return std::nullopt;
-  return Finding{Severity::Advice,
+  return finding(FindingKind::BeyondLimits,
                  "measured beyond the limits of the robot file: " + beyond +
-                     "; the uncertainty of unmeasured poses holds within these limits alone: "
-                     "correct them"};
+                     "; the uncertainty of unmeasured poses holds within these limits alone");
 }
 
 }  // namespace truepose

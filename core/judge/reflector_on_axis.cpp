@@ -12,7 +12,6 @@ namespace {
 
 /// So many usual deviations of the last link's angles have to show.
 constexpr double kToShow = 5;
-constexpr double kFarEnough_mm = 50;
 
 }  // namespace
 
@@ -31,12 +30,12 @@ std::optional<Finding> reflectors_on_last_axis(const CalibratedCell& cell,
   const double least_rad = kToShow * usual_deviation(layout)[zero];
   const double seen_mm = sigma_mm / std::sqrt(static_cast<double>(points.size()));
   if (lever_mm * least_rad > seen_mm) return std::nullopt;
-  return Finding{
-      Severity::Advice,
+  return finding(
+      FindingKind::ReflectorOnAxis,
       formatted("%s on the axis of joint %d (%.2f mm off it), so its points show nothing of what is "
-                "behind that joint: mount it at least %.0f mm off",
+                "behind that joint",
                 cell.reflectors.size() == 1 ? "the reflector is" : "all reflectors are", layout.joints,
-                lever_mm, kFarEnough_mm)};
+                lever_mm));
 }
 
 }  // namespace truepose

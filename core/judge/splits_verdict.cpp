@@ -27,18 +27,19 @@ Finds beyond_tolerance(Splits splits, const std::optional<double>& tolerance_mm)
       splits, [&](const JudgedSplit& split) { return split.largest_mm > *tolerance_mm; });
   if (beyond == 0) return std::nullopt;
   const JudgedSplit& worst = *std::ranges::max_element(splits, {}, &JudgedSplit::largest_mm);
-  return Finding{
-      Severity::Error,
+  return finding(
+      FindingKind::SplitsTolerance,
       "errors of " + share_of(beyond, splits) +
           formatted(" are beyond the tolerance of %.3f mm, the largest, %.3f mm, in that of seed %" PRIu64,
-                    *tolerance_mm, worst.largest_mm, worst.seed)};
+                    *tolerance_mm, worst.largest_mm, worst.seed));
 }
 
 /// What is found of other splits and is not told of the first already.
 ///
-/// @param severity  of the gravest finding of those that count
-/// @param do_what   "refuse the model"
-Finds found_of_others(Splits splits, Severity severity, const std::string& do_what) {
+/// @param kind     of the gravest finding of those that count it has the severity
+/// @param do_what  "refuse the model"
+Finds found_of_others(Splits splits, FindingKind kind, const std::string& do_what) {
+  const Severity severity = row_of(kind).severity;
   const std::vector<Finding>& told = splits.front().verdict.findings;
   const auto has = [&](const JudgedSplit& split) { return gravest(split) == severity; };
   const auto other = std::ranges::find_if(splits.subspan(1), [&](const JudgedSplit& split) {
@@ -46,25 +47,26 @@ Finds found_of_others(Splits splits, Severity severity, const std::string& do_wh
            !std::ranges::count(told, split.verdict.findings.front().sentence, &Finding::sentence);
   });
   if (other == splits.subspan(1).end()) return std::nullopt;
-  return Finding{severity, share_of(std::ranges::count_if(splits, has), splits) + " " + do_what +
-                               formatted(", that of seed %" PRIu64 ": ", other->seed) +
-                               other->verdict.findings.front().sentence};
+  return finding(kind, share_of(std::ranges::count_if(splits, has), splits) + " " + do_what +
+                           formatted(", that of seed %" PRIu64 ": ", other->seed) +
+                           other->verdict.findings.front().sentence);
 }
 
 /// So many raise doubts as chance alone does not.
 Finds doubts_of_others(Splits splits) {
-  Finds found = found_of_others(splits, Severity::Warning, "raise doubts");
+  const Finds found = found_of_others(splits, FindingKind::SplitsDoubted, "raise doubts");
   const auto doubted = std::ranges::count(splits, Severity::Warning, gravest);
-  if (found && 2 * doubted <= std::ssize(splits)) found->severity = Severity::Note;
-  return found;
+  if (!found || 2 * doubted > std::ssize(splits)) return found;
+  return finding(FindingKind::SplitsDoubtedSome, found->sentence);
 }
 
 }  // namespace
 
 CalibrationVerdict verdict_over_splits(Splits splits, std::optional<double> tolerance_mm) {
   CalibrationVerdict verdict = splits.front().verdict;
-  for (Finds found : {beyond_tolerance(splits, tolerance_mm),
-                      found_of_others(splits, Severity::Error, "refuse the model"), doubts_of_others(splits)})
+  for (Finds found :
+       {beyond_tolerance(splits, tolerance_mm),
+        found_of_others(splits, FindingKind::SplitsRefused, "refuse the model"), doubts_of_others(splits)})
     if (found) verdict.findings.push_back(*std::move(found));
   std::ranges::stable_sort(verdict.findings, std::ranges::greater{}, &Finding::severity);
   return verdict;

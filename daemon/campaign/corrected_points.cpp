@@ -49,11 +49,10 @@ void correct_aim(const std::vector<StoredPoint>& measured, const TrackerNoiseMod
   const auto face1 = seen_in_face1(measured);
   const auto constants = constants_of(corrected.points, face1, noise);
   if (!constants) return;
-  corrected.findings.push_back({Severity::Note, described(*constants)});
+  corrected.findings.push_back(finding(FindingKind::TwoFace, described(*constants)));
   if (constants->fit < kSignificance)
-    corrected.findings.push_back(
-        {Severity::Advice,
-         "the tracker's faces differ by more than such constants explain: have it checked and compensated"});
+    corrected.findings.push_back(finding(FindingKind::TwoFaceUnexplained,
+                                         "the tracker's faces differ by more than such constants explain"));
   if (!constants->significant()) return;
   for (StoredPoint& point : corrected.points)
     if (!face1.contains(seen_of(point))) point.p_WS_mm = constants->corrected(*point.p_WS_mm);
@@ -157,13 +156,16 @@ void correct_stand(const std::vector<StoredPoint>& measured, const config::CellC
   const StandHistory history = stand_history(seen, config.tracker.noise);
   const bool correct = config.campaign.correct_by_nests;
   for (const std::string& move : described_moves(history))
-    corrected.findings.push_back({correct ? Severity::Note : Severity::Warning,
-                                  move + (correct ? "; its points were corrected by that" : "")});
-  for (const std::string& doubt : history.doubts) corrected.findings.push_back({Severity::Advice, doubt});
+    corrected.findings.push_back(
+        correct ? finding(FindingKind::NestsCorrected, move + "; its points were corrected by that")
+                : finding(FindingKind::NestsMoved, move));
+  for (const std::string& doubt : history.doubts)
+    corrected.findings.push_back(finding(FindingKind::NestsDoubtful, doubt));
   if (!correct || !history.moved()) return;
   const MeasurementNoise noise{config.tracker.noise, config.robot.repeatability_mm};
   const std::set<int> left_out = move_to_start(checks, history, noise, corrected.points);
-  if (!left_out.empty()) corrected.findings.push_back({Severity::Note, told_left_out(left_out)});
+  if (!left_out.empty())
+    corrected.findings.push_back(finding(FindingKind::LeftOutMoving, told_left_out(left_out)));
 }
 
 // ---- Reflectors
@@ -183,9 +185,9 @@ void leave_out_unidentified(CorrectedPoints& corrected) {
   });
   for (const auto& [name, count] : left_out)
     corrected.findings.push_back(
-        {Severity::Advice,
-         "reflector \"" + name + "\" was seen at no pose to identify from: what was measured of it (" +
-             std::to_string(count) + (count == 1 ? " point" : " points") + ") was left out"});
+        finding(FindingKind::ReflectorUnidentified,
+                "reflector \"" + name + "\" was seen at no pose to identify from: what was measured of it (" +
+                    std::to_string(count) + (count == 1 ? " point" : " points") + ") was left out"));
 }
 
 // ---- Scatter
@@ -220,7 +222,7 @@ CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const
   for (std::vector<StoredPoint>* points : {&at_first, &corrected.points})
     for (StoredPoint& point : *points) point = seen_at_first(std::move(point), resumptions);
   for (const Resumption& resumption : resumptions)
-    corrected.findings.push_back({Severity::Note, described(resumption)});
+    corrected.findings.push_back(finding(FindingKind::Resumed, described(resumption)));
   correct_stand(at_first, config, corrected);
   leave_out_unidentified(corrected);
   return corrected;

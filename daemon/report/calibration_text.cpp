@@ -11,6 +11,7 @@
 #include "daemon/report/number_text.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/report/sections.hpp"
+#include "proto/text/message.hpp"
 
 namespace truepose::report {
 namespace {
@@ -172,8 +173,10 @@ std::string verdict_lines(const ReportDocument& document) {
   std::string text =
       fmt::format("\nVerdict: {}. {}.\n", name_of(kVerdictColorNames, document.verdict->color()),
                   verdict_heading(document));
-  for (const Finding& finding : document.verdict->findings)
-    text += fmt::format("  {}: {}\n", name_of(kSeverityNames, finding.severity), finding.sentence);
+  AnswerText answer;
+  for (const Finding& found : document.verdict->findings)
+    text += fmt::format("  {}: {}\n", name_of(kSeverityNames, found.severity),
+                        answer.add({found.code, found.sentence, found.what_to_do}));
   return text;
 }
 
@@ -190,7 +193,10 @@ std::string render_text(const boost::json::object& json) {
 
 std::string why_unusable(const boost::json::object& json) {
   const ReportDocument document = read_document(json);
-  if (document.verdict->failed()) return document.verdict->findings.front().sentence;
+  if (document.verdict->failed()) {
+    const Finding& gravest = document.verdict->findings.front();
+    return sentences({gravest.code, gravest.sentence, gravest.what_to_do});
+  }
   return document.production ? why_refuted(*document.production) : "";
 }
 

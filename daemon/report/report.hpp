@@ -40,8 +40,8 @@ std::string render_html(const boost::json::object& document, const FurtherDocume
 /// @param document  as for render_html
 std::string render_text(const boost::json::object& document);
 
-/// Why a calibration must not be used, a clause; empty: nothing is against it. Whoever ends with an exit code
-/// asks this.
+/// Why a calibration must not be used, and what to do; empty: nothing is against it. By this a command ends
+/// with its exit code.
 ///
 /// @param document  as for render_html
 std::string why_unusable(const boost::json::object& document);

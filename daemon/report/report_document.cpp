@@ -101,9 +101,7 @@ ReportDocument read_document(const boost::json::object& document) {
   if (result.prior && !result.prior->used) result.prior.reset();
   result.all_points = all_points(result);
   // Nothing looks good that was not judged.
-  if (!result.verdict)
-    result.verdict = {
-        {{Severity::Error, "the document has no verdict: make it again with truepose calibrate"}}};
+  if (!result.verdict) result.verdict = {{finding(FindingKind::NoVerdict, "the document has no verdict")}};
   const Node truth = Node{document, kKind}["truth"];
   for (const IdentifiedParameter& parameter : result.parameters) {
     if (const auto value = truth_of(truth, parameter.name)) result.truth.emplace(parameter.name, *value);

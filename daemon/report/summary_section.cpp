@@ -8,6 +8,7 @@
 #include "daemon/report/number_text.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/report/sections.hpp"
+#include "proto/text/message.hpp"
 #include "proto/xml/escape.hpp"
 
 namespace truepose::report {
@@ -118,13 +119,11 @@ Verdict verdict_of(const ReportDocument& document) {
   const auto& production = document.production;
   if (color != VerdictColor::Red && production && production->accuracy.refuted())
     return production_verdict(*production);
-  std::string sentence = verdict_heading(document);
-  std::string_view separator = color == VerdictColor::Green ? ". Note: " : ": ";
-  for (const Finding& finding : document.verdict->findings) {
-    sentence += fmt::format("{}{}", separator, finding.sentence);
-    separator = "; ";
-  }
-  return {kKinds[static_cast<std::size_t>(color)], sentence + "."};
+  std::string sentence = verdict_heading(document) + ".";
+  AnswerText answer;
+  for (const Finding& found : document.verdict->findings)
+    sentence += " " + with_capital(answer.add({found.code, found.sentence, found.what_to_do}));
+  return {kKinds[static_cast<std::size_t>(color)], sentence};
 }
 
 std::string verdict_paragraph(const Verdict& verdict) {

@@ -199,7 +199,7 @@ boost::json::object stages_json(const StageErrors& stages);
 /// deviation each; the last two where they are not 0.
 boost::json::object noise_json(const MeasurementNoise& noise);
 
-/// {"color","findings":[{"severity","sentence"}]}, the gravest first.
+/// {"color","findings":[{"severity","code","sentence","what_to_do"}]}, the gravest first.
 boost::json::object verdict_json(const CalibrationVerdict& verdict);
 
 /// What a calibration document says of a production program as its member "production":

@@ -7,7 +7,8 @@ std::string with_full_stop(std::string text) {
   return text.ends_with('.') || text.ends_with('?') ? text : text + ".";
 }
 
-/// With a capital, unless it begins with a command, a file or a key.
+}  // namespace
+
 std::string with_capital(std::string text) {
   const std::size_t end = text.find_first_not_of("abcdefghijklmnopqrstuvwxyz");
   const bool is_word = end != 0 && (end == std::string::npos || std::string_view{" ,:;"}.contains(text[end]));
@@ -15,8 +16,6 @@ std::string with_capital(std::string text) {
     text[0] = static_cast<char>(text[0] - 'a' + 'A');
   return text;
 }
-
-}  // namespace
 
 std::string sentences(const Message& message) {
   const std::string what = with_full_stop(message.what);

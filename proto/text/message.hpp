@@ -32,6 +32,9 @@ Message message(const Values&... values) {
           fmt::format(fmt::format_string<const Values&...>{kRow.what_to_do}, values...)};
 }
 
+/// The text with a capital, unless it begins with a command, a file or a key.
+std::string with_capital(std::string text);
+
 /// "What is wrong (value, limit). What to do."
 std::string sentences(const Message& message);
 

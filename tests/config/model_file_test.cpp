@@ -19,7 +19,7 @@ inline constexpr int kMembers<config::ModelFile> = 18;
 template <>
 inline constexpr int kMembers<CalibrationVerdict> = 1;
 template <>
-inline constexpr int kMembers<Finding> = 2;
+inline constexpr int kMembers<Finding> = 4;
 template <>
 inline constexpr int kMembers<ThermalResponse> = 3;
 template <>
@@ -271,8 +271,9 @@ TEST(ModelFile, IsRefusedWhereItsTextIsNotTheOneThatWasWritten) {
             "m.yaml: its content is not what was written (another SHA-256): take the file as it was made, or "
             "identify again");
   text.erase(text.rfind("sha256: "));
-  EXPECT_EQ(error_of([&] { parse_model(text, "m.yaml"); }, ""),
-            "m.yaml: its last line is no 'sha256: ...', which shows that the others are unchanged; identify again");
+  EXPECT_EQ(
+      error_of([&] { parse_model(text, "m.yaml"); }, ""),
+      "m.yaml: its last line is no 'sha256: ...', which shows that the others are unchanged; identify again");
 }
 
 TEST(ModelFile, IsRefusedWhereItCorrectsMoreThanItSaid) {

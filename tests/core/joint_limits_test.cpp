@@ -35,7 +35,7 @@ TEST(JointLimits, AreNamedWithTheJointAndHowFarItWas) {
   EXPECT_EQ(
       one->sentence,
       "measured beyond the limits of the robot file: joint 2 from -148.2 to 149.6 deg (limits -20 and 20); the "
-      "uncertainty of unmeasured poses holds within these limits alone: correct them");
+      "uncertainty of unmeasured poses holds within these limits alone");
   const auto both = measured_beyond_limits(rail_and_axis(), at({{-5, -20.2}, {20, 3}}));
   ASSERT_TRUE(both);
   EXPECT_TRUE(both->sentence.contains(

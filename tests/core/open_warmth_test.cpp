@@ -77,9 +77,8 @@ TEST(PointsThatValidate, AreJudgedByAnArmAsWarmAsTheirReadingsSayAndAreNotFlatte
     if (!thermal || !thermal->response) continue;
     ++warm;
     mean_mm += made.calibration.validate->after.mean;
-    EXPECT_TRUE(std::ranges::any_of(made.verdict.findings, [](const Finding& finding) {
-      return finding.severity == Severity::Note && finding.sentence.contains("give all points a time");
-    }));
+    EXPECT_TRUE(std::ranges::any_of(made.verdict.findings,
+                                    [](const Finding& finding) { return finding.code == "V_WARMTH_OPEN"; }));
   }
   ASSERT_GE(warm, 6);
   // What a reading's noise alone makes: sqrt(8 / pi) of a coordinate's.

@@ -83,13 +83,18 @@ TEST(ReportVerdict, SaysWhatToDo) {
   EXPECT_EQ(verdict(full_document(6)).kind, Use);
   json::object document = full_document(6);
   document["verdict"] = {{"color", "amber"},
-                         {"findings", {{{"severity", "warning"}, {"sentence", "two rows are far off"}}}}};
+                         {"findings",
+                          {{{"severity", "warning"},
+                            {"code", "V_OUTLIERS"},
+                            {"sentence", "two rows are far off"},
+                            {"what_to_do", ""}}}}};
   EXPECT_EQ(verdict(document).kind, Caution);
-  EXPECT_EQ(verdict(document).sentence, "Look into this before you use the model: two rows are far off.");
-  EXPECT_EQ(why_unusable(document), "two rows are far off");
+  EXPECT_EQ(verdict(document).sentence, "Look into this before you use the model. Two rows are far off.");
+  EXPECT_EQ(why_unusable(document), "two rows are far off.");
   document.erase("verdict");
   EXPECT_EQ(verdict(document).kind, Refuse);
-  EXPECT_THAT(verdict(document).sentence, HasSubstr("the document has no verdict"));
+  EXPECT_THAT(verdict(document).sentence,
+              HasSubstr("The document has no verdict. Make it again with truepose calibrate."));
 }
 
 TEST(ReportCloud, DrawsEveryArrowInEveryViewAndTheSameFactorInBeforeAndAfter) {

@@ -186,18 +186,24 @@ TEST(ReportText, IsTheTableForATerminal) {
 TEST(ReportText, SaysWhatNotToTrust) {
   json::object document = sample_document(30, false);
   document["converged"] = false;
-  document["verdict"] = {
-      {"color", "red"},
-      {"findings",
-       {{{"severity", "error"}, {"sentence", "the identification did not converge: check the robot file"}},
-        {{"severity", "warning"},
-         {"sentence", "nothing but the points that it was fitted to shows how good it is"}}}}};
+  document["verdict"] = {{"color", "red"},
+                         {"findings",
+                          {{{"severity", "error"},
+                            {"code", "V_NOT_CONVERGED"},
+                            {"sentence", "the identification did not converge"},
+                            {"what_to_do", "check the robot file"}},
+                           {{"severity", "warning"},
+                            {"code", "V_NOT_VALIDATED"},
+                            {"sentence", "nothing but the points that it was fitted to shows how good it is"},
+                            {"what_to_do", "check the robot file"}}}}};
   const std::string text = render_text(document);
   EXPECT_THAT(text, Not(HasSubstr("Validation")));
   EXPECT_THAT(text, HasSubstr("did not converge"));
-  EXPECT_THAT(text, HasSubstr("\nVerdict: red. Do not use this model.\n  error: the identification did not"));
+  EXPECT_THAT(text, HasSubstr("\nVerdict: red. Do not use this model.\n  error: the identification did not "
+                              "converge. Check the robot file.\n"));
   EXPECT_THAT(text,
-              HasSubstr("\n  warning: nothing but the points that it was fitted to shows how good it is"));
+              HasSubstr("\n  warning: nothing but the points that it was fitted to shows how good it is.\n"))
+      << "the same thing to do is said once";
 }
 
 }  // namespace

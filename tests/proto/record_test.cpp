@@ -77,7 +77,7 @@ inline constexpr int kMembers<ErrorStatistics> = 9;
 template <>
 inline constexpr int kMembers<CalibrationVerdict> = 1;
 template <>
-inline constexpr int kMembers<Finding> = 2;
+inline constexpr int kMembers<Finding> = 4;
 template <>
 inline constexpr int kMembers<StageErrors> = 6;
 template <>

@@ -52,9 +52,12 @@ class ReportCommand : public testing::Test {
 TEST_F(ReportCommand, EndsByTheVerdictAsCalibrateDoes) {
   json::object document = report::sample_document(5, true);
   EXPECT_EQ(report(document), 0) << err_;
-  document["verdict"] = {
-      {"color", "red"},
-      {"findings", {{{"severity", "error"}, {"sentence", "the identification did not converge"}}}}};
+  document["verdict"] = {{"color", "red"},
+                         {"findings",
+                          {{{"severity", "error"},
+                            {"code", "V_NOT_CONVERGED"},
+                            {"sentence", "the identification did not converge"},
+                            {"what_to_do", "check the robot file"}}}}};
   EXPECT_EQ(report(document), 1);
   EXPECT_EQ(err_, "truepose: the identification did not converge\n");
   document.erase("verdict");
