@@ -6,7 +6,7 @@
 #include "config/document_kind.hpp"
 #include "config/robot_file.hpp"
 #include "config/yaml_layout.hpp"
-#include "core/identify/option_names.hpp"
+#include "core/calibrate/option_names.hpp"
 #include "proto/record/json_io.hpp"
 
 namespace truepose::config {

@@ -15,15 +15,15 @@
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
-#include "core/identify/calibrate_options.hpp"
-#include "core/identify/measurement.hpp"
-#include "core/identify/robust_fit.hpp"
-#include "core/judge/iso9283.hpp"
+#include "core/calibrate/calibrate_options.hpp"
+#include "core/data/measurement.hpp"
+#include "core/fit/robust_fit.hpp"
 #include "core/math/refraction.hpp"
 #include "core/named.hpp"
 #include "core/plan/design.hpp"
 #include "core/plan/scene.hpp"
 #include "core/plan/test_cube_poses.hpp"
+#include "core/quality/iso9283.hpp"
 
 namespace truepose::config {
 

@@ -5,9 +5,9 @@
 
 #include "core/arm/payload.hpp"
 #include "core/formatted.hpp"
-#include "core/judge/cramer_rao.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
+#include "core/quality/cramer_rao.hpp"
 
 namespace truepose::config {
 namespace {

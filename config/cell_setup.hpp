@@ -5,8 +5,8 @@
 #include <string>
 
 #include "config/cell_config.hpp"
+#include "core/calibrate/calibrate_options.hpp"
 #include "core/compensate/target_compensation.hpp"
-#include "core/identify/calibrate_options.hpp"
 #include "core/plan/measurement_plan.hpp"
 
 namespace truepose::config {

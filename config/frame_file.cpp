@@ -15,8 +15,8 @@
 #include "config/turn_columns.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/formatted.hpp"
-#include "core/identify/tool_turn.hpp"
-#include "core/identify/work_frame.hpp"
+#include "core/frames/tool_turn.hpp"
+#include "core/frames/work_frame.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose::config {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/tool_frame.hpp"
+#include "core/frames/tool_frame.hpp"
 
 namespace truepose::config {
 

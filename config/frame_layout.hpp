@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/yaml_layout.hpp"
-#include "core/identify/frame_readings.hpp"
+#include "core/frames/frame_readings.hpp"
 
 /// How YAML files say what a frame was measured by.
 namespace truepose::config {

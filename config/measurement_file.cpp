@@ -8,9 +8,9 @@
 #include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
 #include "config/turn_columns.hpp"
+#include "core/calibrate/option_names.hpp"
+#include "core/data/measured_time.hpp"
 #include "core/formatted.hpp"
-#include "core/identify/measured_time.hpp"
-#include "core/identify/option_names.hpp"
 
 namespace truepose::config {
 

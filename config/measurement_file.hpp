@@ -8,7 +8,7 @@
 
 #include "core/arm/joint_units.hpp"
 #include "core/arm/robot_model.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 
 namespace truepose::config {
 

@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include "core/identify/calibration.hpp"
+#include "core/calibrate/calibration.hpp"
 
 namespace truepose::config {
 

@@ -12,14 +12,14 @@
 #include "config/yaml_layout.hpp"
 #include "core/arm/guide.hpp"
 #include "core/compensate/largest_correction.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/field/gaussian_process.hpp"
+#include "core/fit/regression_field.hpp"
 #include "core/formatted.hpp"
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/regression_field.hpp"
-#include "core/judge/model_noise.hpp"
 #include "core/math/statistics.hpp"
 #include "core/math/units.hpp"
 #include "core/named.hpp"
+#include "core/quality/model_noise.hpp"
 
 namespace truepose::config {
 

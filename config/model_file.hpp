@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "config/text_file.hpp"
-#include "core/identify/calibration.hpp"
-#include "core/judge/calibration_verdict.hpp"
-#include "core/judge/drift_causes.hpp"
+#include "core/calibrate/calibration.hpp"
+#include "core/change/drift_causes.hpp"
+#include "core/quality/calibration_verdict.hpp"
 
 namespace truepose::config {
 

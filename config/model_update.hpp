@@ -5,7 +5,7 @@
 #include <string>
 
 #include "config/model_file.hpp"
-#include "core/judge/drift_update.hpp"
+#include "core/change/drift_update.hpp"
 
 namespace truepose::config {
 

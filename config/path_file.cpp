@@ -9,8 +9,8 @@
 #include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
 #include "core/arm/forward.hpp"
-#include "core/judge/drive_lag.hpp"
 #include "core/math/angles.hpp"
+#include "core/quality/drive_lag.hpp"
 
 namespace truepose::config {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
-#include "core/judge/path_accuracy.hpp"
+#include "core/quality/path_accuracy.hpp"
 
 namespace truepose::config {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "config/model_file.hpp"
-#include "core/identify/frame_readings.hpp"
+#include "core/frames/frame_readings.hpp"
 
 namespace truepose::config {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "config/text_file.hpp"
-#include "core/judge/iso9283.hpp"
+#include "core/quality/iso9283.hpp"
 
 namespace truepose::config {
 

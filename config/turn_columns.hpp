@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/csv_reader.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 
 namespace truepose::config {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 #include "drivers/clock.hpp"
 
 namespace truepose::drivers {

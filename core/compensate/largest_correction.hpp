@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 
 namespace truepose {
 

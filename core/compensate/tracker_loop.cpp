@@ -4,7 +4,7 @@
 #include <array>
 
 #include "core/arm/forward.hpp"
-#include "core/identify/error_bounds.hpp"
+#include "core/data/error_bounds.hpp"
 
 namespace truepose {
 namespace {

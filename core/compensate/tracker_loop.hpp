@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/compensate/target_compensation.hpp"
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 
 namespace truepose {
 

@@ -4,10 +4,10 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/measurement_model.hpp"
-#include "core/judge/cramer_rao.hpp"
+#include "core/data/calibrated_cell.hpp"
+#include "core/fit/measurement_model.hpp"
 #include "core/math/dense_algebra.hpp"
+#include "core/quality/cramer_rao.hpp"
 
 namespace truepose {
 namespace {

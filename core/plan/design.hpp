@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/calibrated_cell.hpp"
+#include "core/data/measurement.hpp"
 #include "core/kernels/kernels.hpp"
 
 namespace truepose {

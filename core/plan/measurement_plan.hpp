@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 #include "core/plan/candidates.hpp"
 #include "core/plan/optimal_design.hpp"
 #include "core/plan/tour.hpp"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/judge/test_cube.hpp"
 #include "core/plan/scene.hpp"
+#include "core/quality/test_cube.hpp"
 
 namespace truepose {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/arm/robot_model.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 #include "core/math/random.hpp"
 #include "core/simulate/warm_up.hpp"
 

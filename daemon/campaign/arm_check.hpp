@@ -4,7 +4,7 @@
 #include <span>
 
 #include "config/cell_config.hpp"
-#include "core/judge/arm_identity.hpp"
+#include "core/quality/arm_identity.hpp"
 #include "daemon/campaign/device_error.hpp"
 #include "drivers/robot.hpp"
 

@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "core/formatted.hpp"
-#include "core/identify/work_frame.hpp"
+#include "core/frames/work_frame.hpp"
 #include "daemon/campaign/campaign.hpp"
 
 namespace truepose::daemon {

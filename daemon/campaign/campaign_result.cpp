@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/identify/tool_turn.hpp"
+#include "core/frames/tool_turn.hpp"
 
 namespace truepose::daemon {
 namespace {

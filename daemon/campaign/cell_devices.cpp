@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/change/reference_pose.hpp"
 #include "core/formatted.hpp"
-#include "core/judge/reference_pose.hpp"
 #include "core/math/angles.hpp"
 #include "core/plan/tour.hpp"
 #include "daemon/campaign/mean_reading.hpp"

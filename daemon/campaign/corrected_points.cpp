@@ -10,9 +10,9 @@
 #include <string_view>
 #include <utility>
 
-#include "core/judge/drift_causes.hpp"
-#include "core/judge/tracker_motion.hpp"
-#include "core/judge/two_face.hpp"
+#include "core/change/drift_causes.hpp"
+#include "core/change/tracker_motion.hpp"
+#include "core/change/two_face.hpp"
 #include "core/math/statistics.hpp"
 #include "daemon/campaign/campaign_past.hpp"
 #include "daemon/campaign/campaign_result.hpp"

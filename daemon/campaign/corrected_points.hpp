@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "config/cell_config.hpp"
-#include "core/identify/measurement.hpp"
-#include "core/judge/calibration_verdict.hpp"
+#include "core/data/measurement.hpp"
+#include "core/quality/calibration_verdict.hpp"
 #include "daemon/store/campaign_plan.hpp"
 #include "daemon/store/store.hpp"
 

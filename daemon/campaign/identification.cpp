@@ -4,7 +4,7 @@
 #include <set>
 
 #include "config/cell_setup.hpp"
-#include "core/judge/model_noise.hpp"
+#include "core/quality/model_noise.hpp"
 #include "daemon/campaign/corrected_points.hpp"
 
 namespace truepose::daemon {

@@ -6,9 +6,9 @@
 #include <map>
 #include <utility>
 
+#include "core/change/drift_causes.hpp"
+#include "core/change/tracker_motion.hpp"
 #include "core/formatted.hpp"
-#include "core/judge/drift_causes.hpp"
-#include "core/judge/tracker_motion.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/statistics.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/identify/measured_time.hpp"
+#include "core/data/measured_time.hpp"
 
 namespace truepose::daemon {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/cell_config.hpp"
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/plan/scene.hpp"
 #include "daemon/campaign/cell_devices.hpp"
 #include "daemon/store/store.hpp"

@@ -7,7 +7,7 @@
 
 #include "config/cell_config.hpp"
 #include "config/model_file.hpp"
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/plan/scene.hpp"
 #include "daemon/store/store.hpp"
 

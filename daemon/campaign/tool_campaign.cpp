@@ -5,8 +5,8 @@
 #include "config/cell_setup.hpp"
 #include "core/arm/forward.hpp"
 #include "core/formatted.hpp"
-#include "core/identify/tool_frame.hpp"
-#include "core/identify/tool_turn.hpp"
+#include "core/frames/tool_frame.hpp"
+#include "core/frames/tool_turn.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/nest_watch.hpp"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "core/identify/option_names.hpp"
+#include "core/calibrate/option_names.hpp"
 #include "daemon/campaign/identification.hpp"
 #include "daemon/cell/busy.hpp"
 #include "daemon/cell/new_uuid.hpp"

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/identify/option_names.hpp"
+#include "core/calibrate/option_names.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/report/sections.hpp"

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <map>
 
-#include "core/identify/option_names.hpp"
+#include "core/calibrate/option_names.hpp"
 #include "daemon/report/charts.hpp"
 #include "daemon/report/number_text.hpp"
 #include "daemon/report/page.hpp"

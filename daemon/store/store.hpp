@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 #include "daemon/store/audit_witness.hpp"
 #include "daemon/store/backup.hpp"
 #include "daemon/store/event_archive.hpp"

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/identify/option_names.hpp"
+#include "core/calibrate/option_names.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/units.hpp"
 #include "proto/record/forms.hpp"

@@ -2,8 +2,8 @@
 
 #include <boost/json/fwd.hpp>
 
-#include "core/identify/calibrate_options.hpp"
-#include "core/identify/calibration.hpp"
+#include "core/calibrate/calibrate_options.hpp"
+#include "core/calibrate/calibration.hpp"
 #include "proto/record/calibration_document.hpp"
 
 namespace truepose::record {

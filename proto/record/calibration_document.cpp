@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/identify/option_names.hpp"
+#include "core/calibrate/option_names.hpp"
 #include "proto/record/forms.hpp"
 #include "proto/record/json_io.hpp"
 

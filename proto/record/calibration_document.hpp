@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/calibration.hpp"
-#include "core/judge/calibration_verdict.hpp"
-#include "core/judge/path_accuracy.hpp"
+#include "core/calibrate/calibration.hpp"
 #include "core/named.hpp"
+#include "core/quality/calibration_verdict.hpp"
+#include "core/quality/path_accuracy.hpp"
 #include "proto/record/arm_document.hpp"
 #include "proto/record/campaign_records.hpp"
 #include "proto/record/layout.hpp"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/judge/drift_check.hpp"
-#include "core/judge/drift_update.hpp"
+#include "core/change/drift_check.hpp"
+#include "core/change/drift_update.hpp"
 #include "core/named.hpp"
 
 namespace truepose::record {

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "core/arm/joint_units.hpp"
-#include "core/identify/calibration.hpp"
-#include "core/judge/calibration_verdict.hpp"
+#include "core/calibrate/calibration.hpp"
 #include "core/math/angles.hpp"
 #include "core/plan/design.hpp"
 #include "core/plan/scene.hpp"
+#include "core/quality/calibration_verdict.hpp"
 #include "proto/record/arm_document.hpp"
 #include "proto/record/layout.hpp"
 

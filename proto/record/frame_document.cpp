@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/arm/forward.hpp"
+#include "core/fit/orientation_spread.hpp"
 #include "core/formatted.hpp"
-#include "core/identify/orientation_spread.hpp"
 #include "core/math/angles.hpp"
 #include "proto/krl/frame_data.hpp"
 #include "proto/record/forms.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/frame_readings.hpp"
+#include "core/frames/frame_readings.hpp"
 #include "core/named.hpp"
 
 namespace truepose::record {

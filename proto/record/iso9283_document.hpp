@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/judge/iso9283.hpp"
 #include "core/named.hpp"
+#include "core/quality/iso9283.hpp"
 
 namespace truepose::record {
 

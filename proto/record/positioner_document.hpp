@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/positioner.hpp"
+#include "core/frames/positioner.hpp"
 #include "proto/record/frame_document.hpp"
 
 namespace truepose::record {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/calibration.hpp"
+#include "core/calibrate/calibration.hpp"
 
 namespace truepose::record {
 

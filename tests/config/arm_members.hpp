@@ -1,7 +1,7 @@
 #pragma once
 
 #include "core/arm/robot_model.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 #include "tests/members.hpp"
 
 namespace truepose {

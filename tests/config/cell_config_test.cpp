@@ -8,7 +8,7 @@
 
 #include "config/cell_setup.hpp"
 #include "config/sealed_text.hpp"
-#include "core/identify/option_names.hpp"
+#include "core/calibrate/option_names.hpp"
 #include "core/math/angles.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"

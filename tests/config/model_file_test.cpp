@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/model_update.hpp"
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
 #include "tests/config/arm_members.hpp"

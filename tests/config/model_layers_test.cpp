@@ -5,7 +5,7 @@
 #include "core/arm/forward.hpp"
 #include "core/arm/guide.hpp"
 #include "core/field/gaussian_process.hpp"
-#include "core/identify/regression_field.hpp"
+#include "core/fit/regression_field.hpp"
 #include "core/math/random.hpp"
 #include "tests/config/error_of.hpp"
 

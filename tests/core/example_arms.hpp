@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/calibrated_cell.hpp"
+#include "core/data/measurement.hpp"
 #include "core/math/random.hpp"
 
 /// Arms of several kinds, as they might really be, and what a tracker would read of them.

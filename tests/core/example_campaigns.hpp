@@ -2,7 +2,7 @@
 
 #include <expected>
 
-#include "core/identify/calibrate.hpp"
+#include "core/calibrate/calibrate.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 
 /// Campaigns on a simulated KR 210 with the published errors, and how well a fit of them predicts.

@@ -4,8 +4,8 @@
 #include <boost/json.hpp>
 #include <string>
 
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/calibrated_cell.hpp"
+#include "core/data/measurement.hpp"
 
 /// The reference values of tests/golden (50-digit arithmetic; README.md there: their source).
 namespace truepose::golden {

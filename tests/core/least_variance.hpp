@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/identify/measurement_model.hpp"
+#include "core/fit/measurement_model.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/singular_values.hpp"
 
@@ -17,7 +17,7 @@ inline double least_variance(const CalibratedCell& truth, const MeasurementData&
   residuals_with_jacobian(truth, data.points, f, J);
   residuals_with_jacobian(truth, fresh.points, f, J_fresh);
   const Eigen::VectorXd scale = J.colwise().norm().cwiseMax(1e-12).cwiseInverse();
-  const SingularValues known = singular_values(J * scale.asDiagonal());
+  const SingularValues known = jacobi_singular_values(J * scale.asDiagonal());
   const Eigen::VectorXd inverse =
       (known.values.array() > 1e-9 * known.values.maxCoeff()).select(known.values.cwiseInverse(), 0);
   const Eigen::MatrixXd directions = J_fresh * scale.asDiagonal() * known.V * inverse.asDiagonal();

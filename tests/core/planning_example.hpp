@@ -1,7 +1,7 @@
 #pragma once
 
 #include "config/robot_file.hpp"
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
 #include "core/plan/scene.hpp"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 
 /// Mistakes as people make them, written down apart from the code that finds them.
 namespace truepose::example {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/arm/forward.hpp"
-#include "core/identify/measurement_model.hpp"
+#include "core/fit/measurement_model.hpp"
 
 namespace truepose {
 

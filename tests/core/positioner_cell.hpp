@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/identify/calibrate.hpp"
-#include "core/identify/positioner.hpp"
-#include "core/identify/tool_frame.hpp"
+#include "core/calibrate/calibrate.hpp"
+#include "core/frames/positioner.hpp"
+#include "core/frames/tool_frame.hpp"
 #include "core/math/angles.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/core/example_arms.hpp"

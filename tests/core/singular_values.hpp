@@ -14,7 +14,7 @@ struct SingularValues {
 /// Source: M. R. Hestenes, Inversion of matrices by biorthogonalization, 1958: pairs of columns are turned
 /// until all are orthogonal. Eigen's decompositions share code with those of core, and take many times as
 /// long to compile.
-inline SingularValues singular_values(Eigen::MatrixXd A) {
+inline SingularValues jacobi_singular_values(Eigen::MatrixXd A) {
   constexpr double kOrthogonal = 1e-13;
   const double nothing = 1e-26 * A.squaredNorm();  // of a column that the others span
   Eigen::MatrixXd V = Eigen::MatrixXd::Identity(A.cols(), A.cols());

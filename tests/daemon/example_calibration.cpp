@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "config/cell_setup.hpp"
-#include "core/judge/model_noise.hpp"
+#include "core/quality/model_noise.hpp"
 #include "core/simulate/true_arm.hpp"
 #include "tests/daemon/example_cell.hpp"
 

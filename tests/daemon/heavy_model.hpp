@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "core/field/gaussian_process.hpp"
-#include "core/identify/regression_field.hpp"
+#include "core/fit/regression_field.hpp"
 #include "core/math/random.hpp"
 #include "tests/daemon/stream_rig.hpp"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/identify/frame_readings.hpp"
+#include "core/frames/frame_readings.hpp"
 #include "core/math/random.hpp"
 #include "tests/core/plain_kinematics.hpp"
 

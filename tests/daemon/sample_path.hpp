@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <string>
 
-#include "core/judge/path_accuracy.hpp"
+#include "core/quality/path_accuracy.hpp"
 
 namespace truepose::report {
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "core/identify/calibrate.hpp"
-#include "core/identify/placement.hpp"
+#include "core/calibrate/calibrate.hpp"
+#include "core/fit/placement.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/core/example_campaigns.hpp"
 #include "tools/experiment/particle_swarm.hpp"

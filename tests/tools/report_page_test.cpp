@@ -16,7 +16,7 @@
 
 #include "config/measurement_file.hpp"
 #include "config/robot_file.hpp"
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/simulate/measurement_campaign.hpp"
 #include "tests/daemon/page.hpp"
 #include "tests/process.hpp"

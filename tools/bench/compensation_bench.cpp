@@ -5,10 +5,10 @@
 #include <string>
 
 #include "core/arm/forward.hpp"
+#include "core/calibrate/calibrate.hpp"
 #include "core/compensate/target_compensation.hpp"
 #include "core/field/gaussian_process.hpp"
-#include "core/identify/calibrate.hpp"
-#include "core/identify/regression_field.hpp"
+#include "core/fit/regression_field.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
 #include "core/simulate/measurement_campaign.hpp"

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "core/identify/calibrate.hpp"
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/least_squares_solver.hpp"
+#include "core/calibrate/calibrate.hpp"
+#include "core/data/calibrated_cell.hpp"
+#include "core/fit/least_squares_solver.hpp"
 #include "core/math/angles.hpp"
 #include "tools/bench/jobs.hpp"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/arm/forward.hpp"
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
 #include "core/simulate/published_arm.hpp"

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/calibrated_cell.hpp"
+#include "core/data/measurement.hpp"
 
 namespace truepose::bench {
 

@@ -24,7 +24,7 @@
 
 #include "core/arm/forward.hpp"
 #include "core/field/gaussian_process.hpp"
-#include "core/identify/regression_field.hpp"
+#include "core/fit/regression_field.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
 #include "core/math/statistics.hpp"

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <optional>
 
-#include "core/identify/calibrate.hpp"
+#include "core/calibrate/calibrate.hpp"
 #include "core/math/angles.hpp"
 #include "core/plan/measurement_plan.hpp"
 #include "tools/experiment/comparisons.hpp"

@@ -5,8 +5,8 @@
 #include <span>
 #include <utility>
 
-#include "core/identify/calibrate.hpp"
-#include "core/identify/regression_field.hpp"
+#include "core/calibrate/calibrate.hpp"
+#include "core/fit/regression_field.hpp"
 #include "core/math/angles.hpp"
 #include "tools/experiment/comparisons.hpp"
 #include "tools/experiment/regression_methods.hpp"

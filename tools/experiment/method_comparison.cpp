@@ -5,9 +5,9 @@
 #include <map>
 #include <utility>
 
-#include "core/identify/calibrate.hpp"
-#include "core/identify/placement.hpp"
-#include "core/judge/cramer_rao.hpp"
+#include "core/calibrate/calibrate.hpp"
+#include "core/fit/placement.hpp"
+#include "core/quality/cramer_rao.hpp"
 #include "tools/experiment/comparisons.hpp"
 #include "tools/experiment/particle_swarm.hpp"
 #include "tools/experiment/reference_methods.hpp"

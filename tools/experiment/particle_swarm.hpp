@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/calibrated_cell.hpp"
+#include "core/data/measurement.hpp"
 
 namespace truepose {
 

@@ -3,9 +3,9 @@
 #include <string_view>
 #include <utility>
 
-#include "core/identify/calibrate.hpp"
-#include "core/identify/calibrated_cell.hpp"
-#include "core/identify/least_squares_solver.hpp"
+#include "core/calibrate/calibrate.hpp"
+#include "core/data/calibrated_cell.hpp"
+#include "core/fit/least_squares_solver.hpp"
 #include "tools/experiment/comparisons.hpp"
 #include "tools/experiment/trial.hpp"
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/identify/identifiability.hpp"
-#include "core/identify/placement.hpp"
-#include "core/identify/prior.hpp"
+#include "core/fit/identifiability.hpp"
+#include "core/fit/placement.hpp"
+#include "core/fit/prior.hpp"
 #include "core/math/dense_algebra.hpp"
 
 namespace truepose {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/identify/least_squares_solver.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
+#include "core/fit/least_squares_solver.hpp"
 
 namespace truepose {
 

@@ -6,7 +6,7 @@
 
 #include "core/compensate/target_compensation.hpp"
 #include "core/compensate/tracker_loop.hpp"
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/parallel.hpp"
 #include "core/math/random.hpp"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/identify/calibrated_cell.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/simulate/true_arm.hpp"
 #include "tools/experiment/experiment.hpp"
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 #include "core/simulate/tracker_instrument.hpp"
 
 namespace truepose::sim {

@@ -8,7 +8,7 @@
 
 #include "core/arm/forward.hpp"
 #include "core/arm/pose_inverse.hpp"
-#include "core/identify/tool_frame.hpp"
+#include "core/frames/tool_frame.hpp"
 #include "core/math/angles.hpp"
 #include "proto/krl/frame_data.hpp"
 #include "proto/krl/offset.hpp"

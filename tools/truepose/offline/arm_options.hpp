@@ -7,7 +7,7 @@
 
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
-#include "core/identify/measurement.hpp"
+#include "core/data/measurement.hpp"
 #include "tools/truepose/command_line.hpp"
 
 namespace truepose::tools {

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "config/text_file.hpp"
-#include "core/identify/tool_turn.hpp"
-#include "core/identify/work_frame.hpp"
+#include "core/frames/tool_turn.hpp"
+#include "core/frames/work_frame.hpp"
 #include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/frame_document.hpp"

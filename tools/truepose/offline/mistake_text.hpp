@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/identify/model_sanity.hpp"
+#include "core/diagnosis/model_sanity.hpp"
 
 namespace truepose::tools {
 

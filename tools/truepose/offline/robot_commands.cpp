@@ -7,7 +7,7 @@
 #include "config/robot_file.hpp"
 #include "config/robot_fix.hpp"
 #include "config/text_file.hpp"
-#include "core/identify/model_sanity.hpp"
+#include "core/diagnosis/model_sanity.hpp"
 #include "core/math/parallel.hpp"
 #include "tools/truepose/offline/mistake_text.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"

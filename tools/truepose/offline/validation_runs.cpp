@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "config/text_file.hpp"
-#include "core/identify/measurement.hpp"
-#include "core/identify/station_split.hpp"
+#include "core/calibrate/station_split.hpp"
+#include "core/data/measurement.hpp"
 #include "core/math/parallel.hpp"
 #include "proto/record/calibration_document.hpp"
 

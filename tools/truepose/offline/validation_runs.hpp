@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "core/identify/calibration.hpp"
-#include "core/judge/splits_verdict.hpp"
+#include "core/calibrate/calibration.hpp"
+#include "core/quality/splits_verdict.hpp"
 
 namespace truepose::tools {
 

@@ -1,7 +1,7 @@
 #include <boost/json/array.hpp>
 #include <tuple>
 
-#include "core/identify/option_names.hpp"
+#include "core/calibrate/option_names.hpp"
 #include "tools/truepose/online/online_row.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/text.hpp"

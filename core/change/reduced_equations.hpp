@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+
+#include "core/change/time_evidence.hpp"
+
+namespace truepose {
+
+/// Normal equations of further columns beside the identified parameters, which are left free: reduced by what
+/// those explain. Sums over points, so that those of a stretch are the difference of two.
+class ReducedEquations {
+ public:
+  ReducedEquations(const TimeEvidence& evidence, Eigen::Index columns);
+
+  /// @param A  the columns at the point, whitened
+  void add(const TimeEvidence& evidence, std::size_t point, const Eigen::MatrixXd& A);
+  /// The columns of the one, then those of the other, for points that are not the same.
+  ReducedEquations beside(const ReducedEquations& other) const;
+  ReducedEquations less(const ReducedEquations& other) const;
+
+  /// What of the columns explains the residuals best.
+  Eigen::VectorXd step() const;
+  /// Of the squares of the residuals, what a step() takes away.
+  double gain(const Eigen::VectorXd& step) const { return step.dot(b_); }
+  double gain() const { return gain(step()); }
+
+ private:
+  Eigen::MatrixXd gram_;   // of the columns
+  Eigen::MatrixXd along_;  // U' times them
+  Eigen::VectorXd b_;      // their product with the residuals
+};
+
+}  // namespace truepose

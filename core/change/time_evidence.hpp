@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "core/data/calibrated_cell.hpp"
+#include "core/data/measurement.hpp"
+
+namespace truepose {
+
+/// What points say beside the identified parameters, in standard deviations where the noise is known. Of a
+/// stop that several reflectors show the rows are their mean and their differences, in place of the points.
+struct TimeEvidence {
+  Eigen::MatrixXd moves;  ///< derivatives to all parameters, mm at each point
+  Eigen::MatrixXd J;      ///< the same, whitened
+  Eigen::MatrixXd U;      ///< what they span
+  Eigen::VectorXd r;      ///< residuals beside them
+  Eigen::VectorXd beams;  ///< of each point, whitened, unit length
+  int degrees = 0;        ///< of freedom
+  bool noise_known = false;
+};
+
+/// Where the three rows of a point begin.
+inline Eigen::Index row_of(std::size_t point) { return 3 * static_cast<Eigen::Index>(point); }
+
+TimeEvidence time_evidence(const CalibratedCell& cell, std::span<const Measurement> points,
+                           const std::optional<MeasurementNoise>& stated);
+
+}  // namespace truepose

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/diagnosis/explanation.hpp"
+#include "core/diagnosis/mistakes.hpp"
+
+namespace truepose {
+
+/// One or two mistakes, and what they explain once they are mended.
+struct Hypothesis {
+  std::vector<Mistake> mistakes;
+  Claim mended;  ///< with a sample of the points, and in place of what was open what was fitted
+  Explanation explanation;
+
+  /// "joint 3 turns the other way: with sign 1"
+  std::string sentence(const RobotModel& given) const;
+};
+
+/// Tries which mistakes explain the points of an arm.
+class Diagnosis {
+ public:
+  /// @param rows  all points, in the order of the file; kept by reference like the arm and the names
+  /// @param poses  at most so many of them are looked at
+  /// @param jobs   threads; the result is the same with any number
+  Diagnosis(const RobotModel& arm, std::span<const std::string> smr_names, std::span<const Measurement> rows,
+            std::size_t poses, int jobs = 1);
+
+  const Hypothesis& as_given() const { return as_given_; }
+
+  /// Those of the hypotheses that explain the points, the first one all rows: next to no error is left, the
+  /// arm with the mistake mended deviates no more than arms do, and the arm as given does not do as well from
+  /// where the mended one stands. Simplest first; empty where the arm as given is right or nothing explains
+  /// it.
+  ///
+  /// A mistake explains more than another if it leaves fewer misses or needs smaller deviations of the links.
+  std::vector<Hypothesis> explaining(const std::vector<std::vector<Mistake>>& hypotheses,
+                                     double most_rough_mm) const;
+
+ private:
+  Claim mended(const std::vector<Mistake>& mistakes) const;
+  /// What the mistakes leave in the middle once mended; infinite where they change nothing or are hopeless.
+  double first_look(const std::vector<Mistake>& mistakes) const;
+  bool explains_all_rows(Hypothesis& hypothesis) const;
+  std::vector<Hypothesis> shortlist(const std::vector<std::vector<Mistake>>& hypotheses,
+                                    double most_rough_mm) const;
+  bool is_better(const Hypothesis& best, double sigma_mm) const;
+
+  const RobotModel& arm_;
+  std::span<const std::string> names_;
+  std::vector<Measurement> rows_;
+  std::size_t poses_;
+  int jobs_;
+  double strays_;  ///< share of the points with coordinates of no arm, as they were given
+  Hypothesis as_given_;
+  double rough_mm_ = 0;  ///< of the arm as given
+};
+
+}  // namespace truepose

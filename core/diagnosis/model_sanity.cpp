@@ -1,0 +1,313 @@
+#include "core/diagnosis/model_sanity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/data/error_bounds.hpp"
+#include "core/diagnosis/diagnosis.hpp"
+#include "core/diagnosis/difference_as_sets.hpp"
+#include "core/diagnosis/failure_pattern.hpp"
+#include "core/diagnosis/from_a_row_on.hpp"
+#include "core/diagnosis/reflector_labels.hpp"
+#include "core/diagnosis/row_order.hpp"
+#include "core/fit/measurement_model.hpp"
+#include "core/formatted.hpp"
+#include "core/math/angles.hpp"
+#include "core/math/parallel.hpp"
+#include "core/math/statistics.hpp"
+
+namespace truepose {
+namespace {
+
+constexpr double kDeviates_mm = 5;             // up to here an arm may merely deviate
+constexpr double kBetter = 2;                  // times: what mending a gross mistake makes an arm at least
+constexpr double kBetterIdentified = 1.3;      // times: the same of a hidden one
+constexpr double kBetterOfSeveral = 5;         // times: reflectors whose names are exchanged
+constexpr std::size_t kPosesToJudge = 8;       // with fewer, chance and a failed fit explain as much
+constexpr std::size_t kPoses = 40;             // tell a gross mistake as well as more would
+constexpr std::size_t kPosesToIdentify = 150;  // tell a hidden one
+constexpr std::size_t kTriedInAnyOrder = 8;    // mistakes: with 4, two of 30 right ones are missed
+constexpr double kExplained = 0.1;             // what is left of the error once the links are identified
+constexpr double kManyGrossErrors =
+    0.25;                     // part of the points: without a reason no arm is refused for so few
+constexpr double kHides = 3;  // times: what a hidden mistake may leave with base and reflectors alone
+
+using Points = std::vector<Measurement>;
+using Tries = std::vector<std::vector<Mistake>>;
+
+std::string mm_text(double mm) {
+  const int decimals = mm < 1 ? 2 : mm < 10 ? 1 : 0;
+  return formatted("%.*f mm", decimals, mm);
+}
+
+Suspicion told(Suspicion suspicion, double error_mm, const char* which) {
+  suspicion.error_mm = error_mm;
+  suspicion.sentence += std::string(" the ") + which + " error falls from " + mm_text(error_mm) + " to " +
+                        mm_text(suspicion.mended_mm);
+  return suspicion;
+}
+
+Tries alone(const std::vector<Mistake>& mistakes) {
+  Tries tries;
+  for (const Mistake& mistake : mistakes) tries.push_back({mistake});
+  return tries;
+}
+
+void append(std::vector<Mistake>& all, std::vector<Mistake> more) {
+  std::ranges::move(more, std::back_inserter(all));
+}
+
+/// What leaves nothing open, in the order in which it is mended: the units of a robot file, what is wrong in
+/// one of its rows, then in whole files.
+std::vector<Mistake> closed_mistakes(const RobotModel& arm) {
+  std::vector<Mistake> mistakes = robot_unit_mistakes();
+  append(mistakes, row_mistakes(arm));
+  append(mistakes, file_mistakes(arm));
+  return mistakes;
+}
+
+/// What can be combined with each other: then what is open, then the order of the rows, judged with all else
+/// mended.
+std::vector<Mistake> all_mistakes(const RobotModel& arm, std::span<const std::string> names) {
+  std::vector<Mistake> mistakes = closed_mistakes(arm);
+  append(mistakes, open_mistakes(arm));
+  append(mistakes, row_order_mistakes(names));
+  return mistakes;
+}
+
+Tries pairs_of(const std::vector<Mistake>& mistakes) {
+  Tries tries;
+  for (std::size_t i = 0; i < mistakes.size(); ++i) {
+    for (std::size_t k = i + 1; k < mistakes.size(); ++k) {
+      const Mistake &a = mistakes[i], &b = mistakes[k];
+      const bool same_value = a.file == MistakenFile::Robot && a.joint == b.joint && a.key == b.key;
+      const bool both_signs = a.key == "sign" && b.key == "sign";  // a set of signs
+      const bool both_orders = a.needs_all_rows && b.needs_all_rows;
+      if (!same_value && !both_signs && !both_orders) tries.push_back({a, b});
+    }
+  }
+  return tries;
+}
+
+/// Those with which joints and points agree best as sets, each with the rows in any order.
+Tries likeliest_in_any_order(const std::vector<Mistake>& mistakes, const RobotModel& nominal,
+                             const MeasurementData& data, int jobs) {
+  std::vector<double> difference_mm(mistakes.size());
+  parallel_for(static_cast<int>(mistakes.size()), jobs, [&](int index) {
+    const auto k = static_cast<std::size_t>(index);
+    Claim mended{.arm = nominal, .points = data.points, .open = {}};
+    mistakes[k].mend(mended);
+    difference_mm[k] = difference_as_sets(mended.arm, data.smr_names.size(), mended.points);
+  });
+  std::vector<std::size_t> likeliest(mistakes.size());
+  std::iota(likeliest.begin(), likeliest.end(), 0);
+  std::ranges::stable_sort(likeliest, {}, [&](std::size_t k) { return difference_mm[k]; });
+  likeliest.resize(std::min(likeliest.size(), kTriedInAnyOrder));
+  Tries tries;
+  for (const std::size_t k : likeliest) tries.push_back({mistakes[k], unordered_rows(data.smr_names)});
+  return tries;
+}
+
+Suspicion suspicion_of(const std::vector<Hypothesis>& explaining, const RobotModel& nominal,
+                       const MeasurementData& data) {
+  const Hypothesis& first = explaining.front();
+  Claim mended{.arm = nominal, .points = data.points, .open = {}};
+  for (const Mistake& mistake : first.mistakes) mistake.mend(mended);
+  Suspicion suspicion{.sentence = first.sentence(nominal),
+                      .mistakes = first.mistakes,
+                      .mended_arm = first.mended.arm,
+                      .mended_points = std::move(mended.points)};
+  for (std::size_t k = 1; k < explaining.size(); ++k)
+    suspicion.also_fits.push_back(explaining[k].sentence(nominal));
+  return suspicion;
+}
+
+/// With the errors that base and reflectors alone leave, where they are more than an arm's that merely
+/// deviates; where these hardly fall those of the links fitted too; where the links make up for a mistake, as
+/// the d of parallel axes do for each other, with how far they are off for that; or else with how many points
+/// fit nowhere, which the middle one does not show; nothing where none falls.
+std::optional<Suspicion> told(const std::vector<Hypothesis>& explaining, const Diagnosis& diagnosis,
+                              const RobotModel& nominal, const MeasurementData& data) {
+  if (explaining.empty()) return std::nullopt;
+  const Explanation& given = diagnosis.as_given().explanation;
+  const Explanation& mended = explaining.front().explanation;
+  Suspicion suspicion = suspicion_of(explaining, nominal, data);
+  suspicion.error_mm = given.error_mm();
+  suspicion.mended_mm = mended.error_mm();
+  if (given.coarse_mm > kDeviates_mm && mended.coarse_mm < given.coarse_mm / kBetter) {
+    suspicion.mended_mm = mended.coarse_mm;
+    return told(std::move(suspicion), given.coarse_mm, "coarse");
+  }
+  if (mended.error_mm() < given.error_mm() / kBetterIdentified &&
+      mended.error_mm() < given.error_mm() - kShows_mm)
+    return told(std::move(suspicion), given.error_mm(), "identified arm's");
+  if (given.largest_deviation >= kMostSigmas && mended.largest_deviation < kMostSigmas) {
+    suspicion.sentence += formatted(
+        " the largest deviation of a link falls from %.2g to %.2g times what arms are usually off by",
+        given.largest_deviation, mended.largest_deviation);
+    return suspicion;
+  }
+  // Of a row that is missing alone: a badly built arm may be bent to fit more points, and rows in any order
+  // fit most.
+  const Hypothesis& first = explaining.front();
+  const bool is_gap = first.mistakes.size() == 1 && first.mended.from_row > 0;
+  if (is_gap && given.share_missed() > kGrossErrors &&
+      mended.share_missed() < given.share_missed() / kBetter) {
+    suspicion.sentence += formatted(" %.0f %% of the points fit nowhere in place of %.0f %%",
+                                    100 * mended.share_missed(), 100 * given.share_missed());
+    return suspicion;
+  }
+  return std::nullopt;
+}
+
+/// A mistake that shows with base and reflectors alone.
+std::optional<Suspicion> gross_mistake(const Diagnosis& diagnosis, const RobotModel& nominal,
+                                       const MeasurementData& data, int jobs) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const std::vector<Mistake> mistakes = all_mistakes(nominal, data.smr_names);
+  std::vector<Mistake> single = mistakes;
+  append(single, sign_set_mistakes(nominal));
+  append(single, mistakes_from_a_row_on(data.smr_names));
+  // Any order fits more than any mistake does, and so is thought of where no single one explains the points.
+  const Mistake unordered = unordered_rows(data.smr_names);
+  auto explaining = diagnosis.explaining(alone(single), kAny);
+  if (explaining.empty()) explaining = diagnosis.explaining({{unordered}}, kAny);
+  // Two mistakes at once put an arm far from its points.
+  if (explaining.empty() && diagnosis.as_given().explanation.coarse_mm < kFarthestError_mm)
+    return std::nullopt;
+  if (explaining.empty()) explaining = diagnosis.explaining(pairs_of(mistakes), kAny);
+  if (explaining.empty())
+    explaining =
+        diagnosis.explaining(likeliest_in_any_order(closed_mistakes(nominal), nominal, data, jobs), kAny);
+  return told(explaining, diagnosis, nominal, data);
+}
+
+/// A mistake that hardly shows before the links are identified: a reflector near an axis does not see which
+/// way its joint turns.
+std::optional<Suspicion> hidden_mistake(const RobotModel& nominal, const MeasurementData& data, int jobs) {
+  const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPosesToIdentify, jobs);
+  const Explanation& given = diagnosis.as_given().explanation;
+  if (given.error_mm() < kShows_mm && given.share_missed() < kGrossErrors) return std::nullopt;
+  std::vector<Mistake> mistakes = sign_mistakes(nominal);
+  append(mistakes, zero_mistakes(nominal));
+  append(mistakes, row_order_mistakes(data.smr_names));
+  const auto explaining = diagnosis.explaining(alone(mistakes), kHides * given.coarse_mm);
+  return told(explaining, diagnosis, nominal, data);
+}
+
+/// Reflectors whose names are mixed up in some poses. Judged by those poses alone: few of them would not show
+/// in the error of all.
+std::optional<Suspicion> mixed_reflectors(const RobotModel& nominal, const MeasurementData& data) {
+  const Relabelled renamed = relabelled(nominal, data.smr_names, data.points);
+  Points before, after;
+  for (std::size_t k = 0; k < data.points.size(); ++k) {
+    if (data.points[k].smr == renamed.points[k].smr) continue;
+    before.push_back(data.points[k]);
+    after.push_back(renamed.points[k]);
+  }
+  if (before.empty()) return std::nullopt;
+
+  const CalibratedCell cell = placed({.arm = nominal, .points = renamed.points, .open = {}}, data.smr_names);
+  const double error_mm = median(misses(cell, before));
+  Suspicion mixed{.mended_mm = median(misses(cell, after))};
+  if (error_mm < kDeviates_mm || error_mm < kBetterOfSeveral * mixed.mended_mm) return std::nullopt;
+  mixed.sentence = "the reflectors are mixed up in " + std::to_string(renamed.rows.size()) + " of " +
+                   std::to_string(pose_groups(data.points).size()) + " poses (first in row " +
+                   std::to_string(renamed.rows.front()) + "): with their names exchanged";
+  return told(std::move(mixed), error_mm, "coarse");
+}
+
+/// Whether the links need only be off by what arms are off by to explain the points: then no mistake does it
+/// better.
+bool merely_deviates(const Explanation& as_given, double gross_errors) {
+  return as_given.largest_deviation < kMostSigmas && as_given.share_missed() <= gross_errors &&
+         as_given.error_mm() < kExplained * as_given.coarse_mm;
+}
+
+/// Whether the arm holds its flange's orientation all along, by which little of it can be told: what the best
+/// fits of two arms leave then differs by chance.
+bool holds_its_flange(const RobotModel& robot, const Points& points) {
+  constexpr double kHeld_rad = 0.1 * kRadPerDeg;
+  const std::vector<Eigen::Isometry3d> flange = flange_poses(robot, points);
+  return std::ranges::all_of(flange, [&](const Eigen::Isometry3d& X_BF) {
+    return angle_between(flange.front().linear(), X_BF.linear()) < kHeld_rad;
+  });
+}
+
+/// Farther the flange is not from the base, whatever the revolute joints do.
+double reach_mm(const RobotModel& robot) {
+  double reach_mm = robot.X_flange.translation().norm();
+  for (const Joint& joint : robot.joints) reach_mm += std::abs(joint.a_mm) + std::abs(joint.d_mm);
+  return reach_mm;
+}
+
+/// Robot file and points in metres fit each other, and no arm.
+std::optional<Suspicion> all_in_metres(const RobotModel& nominal, const MeasurementData& data) {
+  if (!reaches_nowhere(nominal)) return std::nullopt;
+  Claim mended{.arm = nominal, .points = data.points, .open = {}};
+  const std::vector<Mistake> mistakes = metres_for_mm();
+  for (const Mistake& mistake : mistakes) mistake.mend(mended);
+  const double left_mm =
+      Diagnosis(mended.arm, data.smr_names, mended.points, kPoses).as_given().explanation.coarse_mm;
+  if (left_mm > kFarthestError_mm) return std::nullopt;
+  return Suspicion{.error_mm = left_mm,
+                   .mended_mm = left_mm,
+                   .sentence =
+                       "the lengths of the robot file and the points are in m, not mm: as they "
+                       "stand the arm reaches no farther than " +
+                       mm_text(reach_mm(nominal)),
+                   .also_fits = {},
+                   .mistakes = mistakes,
+                   .mended_arm = mended.arm,
+                   .mended_points = mended.points};
+}
+
+Suspicion unexplained(const RobotModel& nominal, const Hypothesis& as_given) {
+  const Explanation& given = as_given.explanation;
+  const std::string where = failure_pattern(nominal, as_given.mended.points, given.miss_mm);
+  return {.error_mm = given.coarse_mm,
+          .mended_mm = given.coarse_mm,
+          .sentence = "the nominal arm misses the points by " + mm_text(given.coarse_mm) +
+                      " and neither one nor two of the usual mistakes explain it (" +
+                      (where.empty() ? "alike everywhere" : "with the links fitted most at " + where) +
+                      "): are these the measurements of this robot?"};
+}
+
+}  // namespace
+
+std::string in_words(const Suspicion& suspicion) {
+  std::string words = suspicion.sentence;
+  constexpr std::size_t kMostNamed = 4;
+  const std::size_t others = suspicion.also_fits.size(), named = std::min(others, kMostNamed);
+  for (std::size_t k = 0; k < named; ++k)
+    words += (k == 0 ? "; the data fit as well if " : ", or if ") + suspicion.also_fits[k];
+  if (others > named) words += ", or in " + std::to_string(others - named) + " other ways";
+  return words;
+}
+
+bool reaches_nowhere(const RobotModel& robot) {
+  constexpr double kNoArm_mm = 20;  // the smallest arms reach ten times as far
+  return reach_mm(robot) < kNoArm_mm;
+}
+
+std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data, int jobs) {
+  if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
+  if (auto in_metres = all_in_metres(nominal, data)) return in_metres;
+  if (auto mixed = mixed_reflectors(nominal, data)) return mixed;
+  const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPoses, jobs);
+  const Explanation& given = diagnosis.as_given().explanation;
+  const bool off = given.coarse_mm > kDeviates_mm && !merely_deviates(given, kGrossErrors);
+  if (off) {
+    if (auto gross = gross_mistake(diagnosis, nominal, data, jobs)) return gross;
+  }
+  const bool held = holds_its_flange(nominal, data.points);
+  if (!held || given.coarse_mm > kDeviates_mm) {
+    if (auto hidden = hidden_mistake(nominal, data, jobs)) return hidden;
+  }
+  if (given.coarse_mm <= kFarthestError_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
+  return unexplained(nominal, diagnosis.as_given());
+}
+
+}  // namespace truepose
