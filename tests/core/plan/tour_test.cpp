@@ -20,7 +20,7 @@ std::vector<JointVector> tour_poses(int count, std::uint64_t seed) {
   return draw_candidates(test::planning_scene(), {.poses = count, .seed = seed}, count)->poses;
 }
 
-TourOptions options(int reference_every = 0) {
+TourOptions tour_options(int reference_every = 0) {
   return {.start = JointVector::Zero(6),
           .reference = tour_poses(1, 77).front(),
           .reference_every = reference_every};
@@ -57,7 +57,7 @@ TEST_P(ToursWithVisits, HoldEveryPoseOnceAndTheTimeThatTheySay) {
   const auto all = tour_poses(23, 1);
   const RobotModel robot = test::planning_scene().robot;
   const Tour tour =
-      shortest_tour({travel_time(), travel_time(), all, options(GetParam())}, options(GetParam()));
+      shortest_tour({travel_time(), travel_time(), all, tour_options(GetParam())}, tour_options(GetParam()));
   std::vector<std::size_t> sorted = tour.order;
   std::ranges::sort(sorted);
   for (std::size_t i = 0; i < sorted.size(); ++i) EXPECT_EQ(sorted[i], i);
@@ -69,7 +69,7 @@ TEST_P(ToursWithVisits, HoldEveryPoseOnceAndTheTimeThatTheySay) {
     time_s += travel_time_s(robot, here, q);
     here = q;
   };
-  const TourOptions with = options(GetParam());
+  const TourOptions with = tour_options(GetParam());
   for (std::size_t i = 0; i < tour.order.size(); ++i) {
     if (with.reference_every > 0 && i % static_cast<std::size_t>(with.reference_every) == 0)
       drive(with.reference);
@@ -84,7 +84,7 @@ TEST_P(ToursWithVisits, OfAFewPosesAreTheShortestThereAre) {
   const auto all = tour_poses(7, 2);
   std::vector<std::size_t> order(all.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const TourOptions with = options(GetParam());
+  const TourOptions with = tour_options(GetParam());
   const TourTimes times{travel_time(), travel_time(), all, with};
   double shortest_s = 1e9;
   do {
@@ -98,13 +98,14 @@ INSTANTIATE_TEST_SUITE_P(ToTheReference, ToursWithVisits, testing::Values(0, 1, 
 TEST(Tour, LeavesTheLeadingPosesInFront) {
   const auto all = tour_poses(20, 8);
   for (const int every : {0, 4}) {
-    TourOptions with = options(every);
+    TourOptions with = tour_options(every);
     with.first = 6;
     const Tour tour = shortest_tour({travel_time(), travel_time(), all, with}, with);
     for (std::size_t i = 0; i < tour.order.size(); ++i) EXPECT_EQ(tour.order[i] < 6, i < 6);
     EXPECT_GE(
         tour.time_s,
-        shortest_tour({travel_time(), travel_time(), all, options(every)}, options(every)).time_s - 1e-9);
+        shortest_tour({travel_time(), travel_time(), all, tour_options(every)}, tour_options(every)).time_s -
+            1e-9);
   }
 }
 
@@ -125,7 +126,7 @@ Effort effort_of(std::size_t count, int reference_every) {
   std::vector<JointVector> all(count, JointVector::Zero(6));
   for (JointVector& q : all)
     for (double& angle : q) angle = random.uniform(-1, 1);
-  TourOptions few_kicks = options(reference_every);
+  TourOptions few_kicks = tour_options(reference_every);
   few_kicks.kicks = 100;
   std::atomic<std::uint64_t> steps{0};
   step_count = &steps;
