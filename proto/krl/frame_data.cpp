@@ -4,31 +4,6 @@
 #include "proto/krl/rewrite.hpp"
 
 namespace truepose::krl {
-namespace {
-
-/// `NAME[n]={...}` with a number n.
-struct Element {
-  int index = 0;
-  Aggregate value;
-};
-
-std::expected<std::optional<Element>, Fault> read_element(Tokens statement) {
-  std::optional<Element> none;
-  if (statement.size() < 6 || !statement[1].is('[') || !statement[3].is(']') || !statement[4].is('=') ||
-      !statement[5].is('{')) {
-    return none;
-  }
-  const auto index = read_number(statement.subspan(2, 1));
-  if (!index) return std::unexpected(index.error());
-  if (!*index || (*index)->value < 0 || (*index)->value > 1e6) return none;
-  std::size_t next = 5;
-  auto value = read_aggregate(statement, next);
-  if (!value) return std::unexpected(value.error());
-  return Element{static_cast<int>((*index)->value), std::move(*value)};
-}
-
-}  // namespace
-
 void FrameData::add(const FrameData& more) {
   tools.insert(more.tools.begin(), more.tools.end());
   bases.insert(more.bases.begin(), more.bases.end());
@@ -49,28 +24,30 @@ Eigen::Isometry3d pose_of(const Position& position) {
 }
 
 std::expected<FrameData, Fault> read_frame_data(std::string_view text) {
+  const auto statements = read_statements(text);
+  if (!statements) return std::unexpected(statements.error());
+  return frame_data_of(*statements);
+}
+
+FrameData frame_data_of(Statements statements) {
   FrameData data;
-  StatementReader reader(text);
-  while (true) {
-    const auto statement = reader.next();
-    if (!statement) return std::unexpected(statement.error());
-    if (statement->empty()) return data;
-    const Token& name = statement->front();
-    const bool is_tool = name.is("TOOL_DATA"), is_base = name.is("BASE_DATA");
-    if (!is_tool && !is_base && !name.is("MACHINE_FRAME_DAT")) continue;
-    const auto element = read_element(*statement);
-    if (!element) return std::unexpected(element.error());
-    if (!*element) continue;
-    const auto& [index, value] = **element;
-    if (is_tool || is_base) {
+  for (const ProgramStatement& statement : statements) {
+    if (!statement.assignment) continue;
+    const auto& [variable, value] = *statement.assignment;
+    const bool is_element = variable.kind == ExpressionKind::Element && variable.parts.size() == 2;
+    const auto index = is_element ? index_of(variable.parts[1]) : std::nullopt;
+    if (!index || value.kind != ExpressionKind::Aggregate) continue;
+    const std::string& table = variable.root().name;
+    if (table == "TOOL_DATA" || table == "BASE_DATA") {
       const auto position = position_of(value, 0);
       if (position && position->form == PositionForm::Cartesian)
-        (is_tool ? data.tools : data.bases)[index] = pose_of(*position);
-    } else if (const Field* machine = value.find("MACH_DEF_INDEX");
-               machine && machine->number && machine->number->value > 0) {
-      data.moving_bases.insert(index);
+        (table == "TOOL_DATA" ? data.tools : data.bases)[*index] = pose_of(*position);
+    } else if (const Expression* machine = value.find("MACH_DEF_INDEX");
+               table == "MACHINE_FRAME_DAT" && machine && index_of(*machine).value_or(0) > 0) {
+      data.moving_bases.insert(*index);
     }
   }
+  return data;
 }
 
 }  // namespace truepose::krl

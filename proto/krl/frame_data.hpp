@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "proto/krl/position.hpp"
+#include "proto/krl/program_statement.hpp"
 
 namespace truepose::krl {
 
@@ -19,8 +20,9 @@ struct FrameData {
   void add(const FrameData& more);
 };
 
-/// Errors: a faulty aggregate in one of these.
+/// Errors: as read_statements().
 std::expected<FrameData, Fault> read_frame_data(std::string_view text);
+FrameData frame_data_of(Statements statements);
 
 /// "TOOL_DATA[3]={X 100.0,Y 0.0,Z 250.0,A 0.0,B 0.0,C 0.0}"
 /// @param table   TOOL_DATA, BASE_DATA or MACHINE_DEF

@@ -14,33 +14,25 @@ struct Entry {
   std::size_t routine = 0, at = 0;
   bool is_interrupt = false;
   FrameSettings in_order, later;   ///< by the statement itself, and by what it carries out later
-  std::vector<std::string> calls;  ///< all names as in the following in capitals
+  std::vector<std::string> calls;  ///< these and the following names in capitals
   std::string label, jumps_to;
 };
-
-std::vector<std::string> calls_in(Tokens statement) {
-  std::vector<std::string> calls;
-  for (std::size_t i = 0; i + 1 < statement.size(); ++i) {
-    const bool is_call = statement[i].kind == TokenKind::Name && statement[i + 1].is('(');
-    if (is_call && !statement[i].is("BAS")) calls.push_back(in_capitals(statement[i].text));
-  }
-  return calls;
-}
 
 bool declares_interrupt(Tokens statement) {
   if (statement[0].is("GLOBAL")) statement = statement.subspan(1);
   return statement.size() > 1 && statement[0].is("INTERRUPT") && statement[1].is("DECL");
 }
 
-Entry entry_of(Tokens statement, std::size_t file, std::size_t routine) {
-  Entry entry{.routine = routine, .at = statement[0].at, .is_interrupt = declares_interrupt(statement)};
-  const Tokens action = action_of(statement);
-  const bool is_later = action.data() != statement.data();
-  (is_later ? entry.later : entry.in_order) = settings_of(action, file);
-  entry.calls = calls_in(action);
-  if (statement.size() == 2 && statement[0].kind == TokenKind::Name) {
-    if (statement[1].is(':')) entry.label = in_capitals(statement[0].text);
-    if (statement[0].is("GOTO")) entry.jumps_to = in_capitals(statement[1].text);
+Entry entry_of(const ProgramStatement& statement, std::size_t file) {
+  const Tokens tokens = statement.tokens;
+  Entry entry{.routine = statement.routine, .at = tokens[0].at, .is_interrupt = declares_interrupt(tokens)};
+  (statement.is_later() ? entry.later : entry.in_order) = settings_of(statement, file);
+  for (const Expression& call : statement.calls) {
+    if (call.name != "BAS") entry.calls.push_back(call.name);
+  }
+  if (tokens.size() == 2 && tokens[0].kind == TokenKind::Name) {
+    if (tokens[1].is(":")) entry.label = tokens[0].word();
+    if (tokens[0].is("GOTO")) entry.jumps_to = tokens[1].word();
   }
   return entry;
 }
@@ -53,8 +45,7 @@ bool matters(const Entry& entry) {
 /// What a text has of such statements, and what its routines set.
 class Flow {
  public:
-  explicit Flow(const RoutineSettings& others) : others_{others} {}
-  std::expected<void, Fault> read(std::string_view src, std::size_t file);
+  Flow(Statements statements, std::size_t file, const RoutineSettings& others);
   FrameFlow found() const;
   /// Adds what the routines of the text set. @return whether something is new
   bool add_to(RoutineSettings& settings) const;
@@ -77,22 +68,16 @@ class Flow {
   std::vector<FrameSettings> set_by_{1};  // by routine, the first: what stands before any
 };
 
-std::expected<void, Fault> Flow::read(std::string_view src, std::size_t file) {
-  StatementReader reader(src);
-  while (true) {
-    const auto statement = reader.next();
-    if (!statement) return std::unexpected(statement.error());
-    if (statement->empty()) break;
-    if (starts_routine(*statement)) {
-      const auto calls = calls_in(*statement);  // it looks like a call of itself
-      if (!calls.empty()) routine_of_.emplace(calls.front(), set_by_.size());
+Flow::Flow(Statements statements, std::size_t file, const RoutineSettings& others) : others_{others} {
+  for (const ProgramStatement& statement : statements) {
+    if (statement.is_head) {
+      if (!statement.calls.empty()) routine_of_.emplace(statement.calls[0].name, set_by_.size());
       set_by_.emplace_back();
-    } else if (Entry entry = entry_of(*statement, file, set_by_.size() - 1); matters(entry)) {
+    } else if (Entry entry = entry_of(statement, file); matters(entry)) {
       entries_.push_back(std::move(entry));
     }
   }
   settle_routines();
-  return {};
 }
 
 /// What a routine sets by another that it calls, it sets too.
@@ -184,25 +169,22 @@ FrameFlow Flow::found() const {
 
 }  // namespace
 
-RoutineSettings routine_settings(const ProgramText& text) {
+RoutineSettings routine_settings(const ProgramText& text,
+                                 std::span<const std::vector<ProgramStatement>> statements) {
   RoutineSettings settings;
   // Routines call routines of other files: until nothing new is found.
   for (bool is_new = true; is_new;) {
     is_new = false;
     for (std::size_t file = 0; file < text.files.size(); ++file) {
       if (text.files[file].role != SourceText::Role::Program) continue;
-      Flow flow(settings);
-      if (flow.read(text.files[file].text, file)) is_new = flow.add_to(settings) || is_new;
+      is_new = Flow(statements[file], file, settings).add_to(settings) || is_new;
     }
   }
   return settings;
 }
 
-std::expected<FrameFlow, Fault> read_frame_flow(std::string_view src, std::size_t file,
-                                                const RoutineSettings& others) {
-  Flow flow(others);
-  if (const auto done = flow.read(src, file); !done) return std::unexpected(done.error());
-  return flow.found();
+FrameFlow frame_flow(Statements statements, std::size_t file, const RoutineSettings& others) {
+  return Flow(statements, file, others).found();
 }
 
 }  // namespace truepose::krl

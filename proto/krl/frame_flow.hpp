@@ -1,7 +1,7 @@
 #pragma once
 
-#include <expected>
 #include <map>
+#include <span>
 
 #include "proto/krl/frame_state.hpp"
 
@@ -18,13 +18,13 @@ struct FrameFlow {
 /// What the routines of programs set, by their names in capitals, those that they call included.
 using RoutineSettings = std::map<std::string, FrameSettings, std::less<>>;
 
-/// Of the programs of a text. Texts that cannot be read have none.
-RoutineSettings routine_settings(const ProgramText& text);
+/// Of the programs of a text.
+/// @param statements  of each of its files; none of one that cannot be read
+RoutineSettings routine_settings(const ProgramText& text,
+                                 std::span<const std::vector<ProgramStatement>> statements);
 
-/// @param file    that the text is
+/// @param file    that the statements stand in
 /// @param others  of routines that it calls and does not have itself
-/// Errors: a text that is not closed in its line.
-std::expected<FrameFlow, Fault> read_frame_flow(std::string_view src, std::size_t file,
-                                                const RoutineSettings& others = {});
+FrameFlow frame_flow(Statements statements, std::size_t file, const RoutineSettings& others);
 
 }  // namespace truepose::krl

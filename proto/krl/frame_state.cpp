@@ -1,18 +1,9 @@
 #include "proto/krl/frame_state.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace truepose::krl {
 namespace {
 
 using State = FrameValue::State;
-
-/// What stands between the bracket at `open` and the statement's last token; none where that closes nothing.
-Tokens bracketed(Tokens tokens, std::size_t open) {
-  if (tokens.size() < open + 2 || !tokens[open].is('(') || !tokens.back().is(')')) return {};
-  return tokens.subspan(open + 1, tokens.size() - open - 2);
-}
 
 FrameValue started(const std::optional<Eigen::Isometry3d>& X) {
   return X ? FrameValue{.state = State::Known, .X = *X, .set = {}} : FrameValue{};
@@ -27,24 +18,21 @@ bool FrameSettings::add(const FrameSettings& others) {
   return is_new;
 }
 
-FrameSettings settings_of(Tokens statement, std::size_t file) {
-  if (statement.empty()) return {};
-  const auto set = [spot = Spot{file, statement[0].at}](bool tool, bool base) {
+FrameSettings settings_of(const ProgramStatement& statement, std::size_t file) {
+  if (statement.action.empty()) return {};
+  const auto set = [spot = Spot{file, statement.action[0].at}](bool tool, bool base) {
     return FrameSettings{tool ? std::optional(spot) : std::nullopt,
                          base ? std::optional(spot) : std::nullopt};
   };
-  const Token& first = statement[0];
-  if (first.is("BAS")) {
-    const Tokens arguments = bracketed(statement, 1);
-    if (arguments.empty()) return {};
-    const Token& what = arguments[0];
-    const bool both = what.is("#INITMOV");
-    return set(both || what.is("#TOOL"), both || what.is("#BASE") || what.is("#EX_BASE"));
+  if (const Expression* bas = statement.bas()) {
+    if (bas->parts.empty()) return {};
+    const Token& what = bas->parts[0].token;
+    return set(what.is_any_of({"#INITMOV", "#TOOL"}), what.is_any_of({"#INITMOV", "#BASE", "#EX_BASE"}));
   }
-  const std::size_t end = end_of_variable(statement, 0);
-  if (end >= statement.size() || !statement[end].is('=')) return {};
-  const bool both = first.is("FDAT_ACT") || first.is("$IPO_MODE");
-  return set(both || first.is("$TOOL"), both || first.is("$BASE"));
+  if (!statement.assignment) return {};
+  const Token& name = statement.assignment->variable.token;
+  const bool both = name.is_any_of({"FDAT_ACT", "$IPO_MODE"});
+  return set(both || name.is("$TOOL"), both || name.is("$BASE"));
 }
 
 FrameState::FrameState(const Variables& variables, const FrameData& data, const StartFrames& start)
@@ -54,7 +42,7 @@ FrameState::FrameState(const Variables& variables, const FrameData& data, const 
 
 void FrameState::begin(std::size_t file, std::string_view module, const FrameSettings& interrupts) {
   file_ = file;
-  module_ = module;
+  scope_ = {module};
   interrupts_ = interrupts;
   numbered_.clear();
   now_ = given_;
@@ -78,127 +66,108 @@ std::size_t FrameState::add(const FrameValue& value) {
   return frames_.size() - 1;
 }
 
-std::expected<void, Fault> FrameState::carry_out(Tokens statement, std::size_t routine) {
-  if (statement.empty()) return {};
-  if (statement[0].is("BAS")) {
-    carry_out_bas(bracketed(statement, 1), routine);
-    return {};
-  }
-  const bool tool = statement[0].is("$TOOL"), base = statement[0].is("$BASE"),
-             data = statement[0].is("FDAT_ACT"), mode = statement[0].is("$IPO_MODE");
-  if (!tool && !base && !data && !mode) return {};
-  const std::size_t end = end_of_variable(statement, 0);
-  if (end >= statement.size() || !statement[end].is('=')) return {};
+void FrameState::start_routine(std::size_t number) {
+  scope_.routine = number;
+  start();
+}
+
+/// What BAS(#INITMOV) sets is up to the cell's own BAS, so what was given for the start of a routine holds
+/// again, and without it nothing is known.
+void FrameState::start() { now_ = started_; }
+
+void FrameState::carry_out(const ProgramStatement& statement) {
+  if (statement.is_later()) return;
+  if (const Expression* bas = statement.bas()) carry_out_bas(*bas);
+  if (statement.assignment) carry_out(*statement.assignment);
+}
+
+void FrameState::carry_out(const std::vector<Assignment>& settings) {
+  for (const Assignment& setting : settings) carry_out(setting);
+}
+
+void FrameState::carry_out(const Assignment& assignment) {
+  const auto& [variable, value] = assignment;
   // A component alone ($BASE.X=, FDAT_ACT.TOOL_NO=) leaves a value that cannot be evaluated.
-  const Tokens value = end == 1 ? statement.subspan(2) : Tokens{};
-  const Spot spot = spot_of(statement);
-  if (data) {
-    set_motion_data(value, spot, routine);
-  } else if (mode) {
-    const Tokens argument = bracketed(value, 1);
-    const auto of_data = motion_data(argument.first(std::min(argument.size(), 1UZ)), routine);
-    now_.fixed_tool = of_data ? of_data->fixed_tool : value.size() == 1 && value[0].is("#TCP");
-  } else {
+  const bool is_whole = variable.kind == ExpressionKind::Name;
+  const bool tool = variable.token.is("$TOOL"), base = variable.token.is("$BASE");
+  if (tool || base) {
     const Kind kind = tool ? Kind::Tool : Kind::Base;
-    const auto frame = value.empty() ? numbered(kind, std::nullopt, spot) : value_of(kind, value, routine);
-    if (!frame) return std::unexpected(frame.error());
-    set(kind, *frame);
+    set(kind, is_whole ? value_of(kind, value) : numbered(kind, std::nullopt, spot_of(variable)));
+  } else if (variable.token.is("FDAT_ACT")) {
+    set_motion_data(is_whole ? motion_data(value) : std::nullopt, spot_of(variable));
+  } else if (variable.token.is("$IPO_MODE")) {
+    const bool is_of_data =
+        value.kind == ExpressionKind::Call && !value.parts.empty() && value.parts[0].is_variable();
+    const auto data = is_of_data ? motion_data(value.parts[0].root()) : std::nullopt;
+    now_.fixed_tool = data ? data->fixed_tool : value.token.is("#TCP");
   }
-  return {};
 }
 
-std::expected<void, Fault> FrameState::carry_out_list(Tokens assignments, std::size_t routine) {
-  int depth = 0;
-  std::size_t from = 0;
-  for (std::size_t i = 0; i <= assignments.size(); ++i) {
-    if (i < assignments.size()) {
-      const Token& token = assignments[i];
-      if (token.opens()) ++depth;
-      if (token.closes()) --depth;
-      if (depth > 0 || !token.is(',')) continue;
-    }
-    if (const auto done = carry_out(assignments.subspan(from, i - from), routine); !done) return done;
-    from = i + 1;
-  }
-  return {};
+void FrameState::carry_out_bas(const Expression& call) {
+  if (call.parts.empty()) return;
+  const Expression& what = call.parts[0];
+  const auto set_numbered = [&](Kind kind) {
+    const bool has_number = call.parts.size() == 2 && !what.token.is("#EX_BASE");
+    set(kind, numbered(kind, has_number ? number(kind, call.parts[1]) : std::nullopt, spot_of(what)));
+  };
+  if (what.token.is("#INITMOV")) start();
+  if (what.token.is("#TOOL")) set_numbered(Kind::Tool);
+  if (what.token.is_any_of({"#BASE", "#EX_BASE"})) set_numbered(Kind::Base);
 }
 
-void FrameState::carry_out_bas(Tokens arguments, std::size_t routine) {
-  if (arguments.empty()) return;
-  const Spot spot = spot_of(arguments);
-  const Tokens value = arguments.size() > 2 ? arguments.subspan(2) : Tokens{};
-  if (arguments[0].is("#INITMOV")) start();
-  if (arguments[0].is("#TOOL"))
-    set(Kind::Tool, numbered(Kind::Tool, number(Kind::Tool, value, routine), spot));
-  if (arguments[0].is("#BASE"))
-    set(Kind::Base, numbered(Kind::Base, number(Kind::Base, value, routine), spot));
-  if (arguments[0].is("#EX_BASE")) set(Kind::Base, numbered(Kind::Base, std::nullopt, spot));
+void FrameState::set_motion_data(const std::optional<MotionData>& data, Spot spot) {
+  const MotionData its = data.value_or(MotionData{});
+  set(Kind::Tool, numbered(Kind::Tool, its.tool, spot));
+  set(Kind::Base, numbered(Kind::Base, its.base, spot));
+  now_.fixed_tool = its.fixed_tool;
 }
 
-void FrameState::set_motion_data(Tokens expression, Spot spot, std::size_t routine) {
-  const MotionData data = motion_data(expression, routine).value_or(MotionData{});
-  set(Kind::Tool, numbered(Kind::Tool, data.tool, spot));
-  set(Kind::Base, numbered(Kind::Base, data.base, spot));
-  now_.fixed_tool = data.fixed_tool;
-}
-
-std::expected<std::size_t, Fault> FrameState::value_of(Kind kind, Tokens expression, std::size_t routine) {
+std::size_t FrameState::value_of(Kind kind, const Expression& expression) {
   const Spot spot = spot_of(expression);
   const auto known = [&](const Position& position) {
     return add({.state = State::Known, .X = pose_of(position), .set = spot});
   };
-  const Token& first = expression[0];
-  if (first.is('{')) {
-    std::size_t next = 0;
-    const auto aggregate = read_aggregate(expression, next);
-    if (!aggregate) return std::unexpected(aggregate.error());
-    const auto position = position_of(*aggregate, file_);
-    if (next == expression.size() && position && position->form == PositionForm::Cartesian)
-      return known(*position);
-  } else if (expression.size() == 1) {
-    if (first.is("$NULLFRAME") || first.is("$WORLD")) return numbered(kind, 0, spot);
-    const Variable* variable = find(first.text, routine);
+  const Token& first = expression.token;
+  if (expression.kind == ExpressionKind::Aggregate) {
+    const auto position = position_of(expression, file_);
+    if (position && position->form == PositionForm::Cartesian) return known(*position);
+  } else if (expression.kind == ExpressionKind::Name) {
+    if (first.is_any_of({"$NULLFRAME", "$WORLD"})) return numbered(kind, 0, spot);
+    const Variable* variable = find(expression);
     if (variable && variable->type == VariableType::Frame && !variable->hindrance) {
       const auto* position = std::get_if<Position>(&variable->value);
       if (position && position->form == PositionForm::Cartesian) return known(*position);
     }
-  } else if (expression.size() == 4 && expression[1].is('[') &&
-             (first.is("TOOL_DATA") || first.is("BASE_DATA"))) {
+  } else if (expression.kind == ExpressionKind::Element && expression.parts.size() == 2 &&
+             first.is_any_of({"TOOL_DATA", "BASE_DATA"})) {
     const Kind table = first.is("TOOL_DATA") ? Kind::Tool : Kind::Base;
-    return numbered(table, number(table, expression.subspan(2, 1), routine), spot);
-  } else if (first.is("STOOL2") || first.is("STOOL") || first.is("SBASE")) {
-    return numbered(kind, number(kind, bracketed(expression, 1), routine), spot);
+    return numbered(table, number(table, expression.parts[1]), spot);
+  } else if (expression.kind == ExpressionKind::Call && expression.parts.size() == 1 &&
+             first.is_any_of({"STOOL2", "STOOL", "SBASE"})) {
+    return numbered(kind, number(kind, expression.parts[0]), spot);
   }
   return numbered(kind, std::nullopt, spot);
 }
 
-const Variable* FrameState::find(std::string_view name, std::size_t routine) const {
-  const auto index = variables_.find(name, {module_, routine});
+const Variable* FrameState::find(const Expression& name) const {
+  const auto index = variables_.find(name.name, scope_);
   return index ? &variables_.all()[*index] : nullptr;
 }
 
-std::optional<MotionData> FrameState::motion_data(Tokens expression, std::size_t routine) const {
-  if (expression.empty()) return std::nullopt;
-  if (expression[0].is('{')) {
-    std::size_t next = 0;
-    const auto aggregate = read_aggregate(expression, next);
-    return aggregate && next == expression.size() ? std::optional(motion_data_of(*aggregate)) : std::nullopt;
-  }
-  const Variable* variable = expression.size() == 1 ? find(expression[0].text, routine) : nullptr;
+std::optional<MotionData> FrameState::motion_data(const Expression& expression) const {
+  if (expression.kind == ExpressionKind::Aggregate) return motion_data_of(expression);
+  const Variable* variable = expression.kind == ExpressionKind::Name ? find(expression) : nullptr;
   const auto* data = variable ? std::get_if<MotionData>(&variable->value) : nullptr;
   return data && !variable->hindrance ? std::optional(*data) : std::nullopt;
 }
 
-std::optional<int> FrameState::number(Kind kind, Tokens expression, std::size_t routine) const {
+std::optional<int> FrameState::number(Kind kind, const Expression& expression) const {
   // FP1.TOOL_NO says no more than FP1.
-  const bool is_component = expression.size() == 3 && expression[1].is('.');
-  if (is_component && !expression[2].is(kind == Kind::Tool ? "TOOL_NO" : "BASE_NO")) return std::nullopt;
-  if (const auto data = motion_data(expression.first(is_component ? 1 : expression.size()), routine))
+  const bool is_component = expression.kind == ExpressionKind::Component;
+  if (is_component && expression.name != (kind == Kind::Tool ? "TOOL_NO" : "BASE_NO")) return std::nullopt;
+  if (const auto data = motion_data(is_component ? expression.parts[0] : expression))
     return kind == Kind::Tool ? data->tool : data->base;
-  const auto number = read_number(expression);
-  if (!number || !*number || (*number)->value < 0 || (*number)->value > 1e6) return std::nullopt;
-  const double value = (*number)->value;
-  return value == std::trunc(value) ? std::optional(static_cast<int>(value)) : std::nullopt;
+  return index_of(expression);
 }
 
 std::size_t FrameState::numbered(Kind kind, std::optional<int> number, Spot spot) {
@@ -211,8 +180,8 @@ std::size_t FrameState::numbered(Kind kind, std::optional<int> number, Spot spot
     value.state = State::Known;
   } else if (kind == Kind::Base && data_.moving_bases.contains(*number)) {
     value.state = State::Moving;
-  } else if (const auto written =
-                 variables_.frame_written(module_, kind == Kind::Tool ? "TOOL_DATA" : "BASE_DATA", *number)) {
+  } else if (const auto written = variables_.frame_written(
+                 scope_.module, kind == Kind::Tool ? "TOOL_DATA" : "BASE_DATA", *number)) {
     value.state = State::Written;
     value.set = *written;
   } else if (const auto found = table.find(*number); found != table.end()) {

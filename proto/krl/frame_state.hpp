@@ -17,9 +17,9 @@ struct FrameSettings {
   bool add(const FrameSettings& others);
 };
 
-/// What a statement sets, to whatever: by $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
+/// What a statement sets, at once or later, to whatever: by $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
 /// @param file  that it stands in
-FrameSettings settings_of(Tokens statement, std::size_t file);
+FrameSettings settings_of(const ProgramStatement& statement, std::size_t file);
 
 /// Tool and base in force, while statements are read one after the other.
 class FrameState {
@@ -41,33 +41,34 @@ class FrameState {
   void restore(const InForce& in_force) { now_ = in_force; }
   const std::vector<FrameValue>& frames() const { return frames_; }
 
-  /// A routine starts, or BAS(#INITMOV): what that sets is up to the cell's own BAS, so what was given for
-  /// the start holds again, and without it nothing is known.
-  void start() { now_ = started_; }
+  /// @param number  of the routine whose statements follow
+  void start_routine(std::size_t number);
 
   /// These statements may have been carried out meanwhile, or not.
   void unsettle(const FrameSettings& settings);
 
   /// Carries out a statement that may set the tool or the base: $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
-  /// @param routine  number of the routine that it stands in
-  std::expected<void, Fault> carry_out(Tokens statement, std::size_t routine);
+  void carry_out(const ProgramStatement& statement);
 
-  /// The same for the assignments behind WITH, which commas separate.
-  std::expected<void, Fault> carry_out_list(Tokens assignments, std::size_t routine);
+  /// The same for the assignments behind WITH.
+  void carry_out(const std::vector<Assignment>& settings);
 
  private:
   enum class Kind { Tool, Base };
+  void carry_out(const Assignment& assignment);
+  void carry_out_bas(const Expression& call);
+  void start();
   void set(Kind kind, std::size_t frame);
-  void set_motion_data(Tokens expression, Spot spot, std::size_t routine);
-  void carry_out_bas(Tokens arguments, std::size_t routine);
-  std::expected<std::size_t, Fault> value_of(Kind kind, Tokens expression, std::size_t routine);
-  const Variable* find(std::string_view name, std::size_t routine) const;
-  std::optional<MotionData> motion_data(Tokens expression, std::size_t routine) const;
-  std::optional<int> number(Kind kind, Tokens expression, std::size_t routine) const;
+  void set_motion_data(const std::optional<MotionData>& data, Spot spot);
+  std::size_t value_of(Kind kind, const Expression& expression);
+  const Variable* find(const Expression& name) const;
+  std::optional<MotionData> motion_data(const Expression& expression) const;
+  /// Of an element of TOOL_DATA or BASE_DATA, or of the motion data that an expression is.
+  std::optional<int> number(Kind kind, const Expression& expression) const;
   std::size_t numbered(Kind kind, std::optional<int> number, Spot spot);
   std::size_t add(const FrameValue& value);
 
-  Spot spot_of(Tokens tokens) const { return {file_, tokens[0].at}; }
+  Spot spot_of(const Expression& expression) const { return {file_, expression.token.at}; }
 
   const Variables& variables_;
   const FrameData& data_;
@@ -76,7 +77,7 @@ class FrameState {
   std::map<std::pair<Kind, int>, std::size_t> numbered_;  // of this module
   InForce given_, started_, now_;                         // given_: for the start of all files
   std::size_t file_ = 0;
-  std::string_view module_;
+  Scope scope_;
 };
 
 }  // namespace truepose::krl

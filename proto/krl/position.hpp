@@ -3,10 +3,8 @@
 #include <array>
 #include <expected>
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "proto/krl/lexer.hpp"
+#include "proto/krl/expression.hpp"
 #include "proto/krl/spot.hpp"
 #include "proto/text/message.hpp"
 
@@ -18,36 +16,18 @@ struct Number {
   double value = 0;
 };
 
-/// One `NAME value` of an aggregate.
-struct Field {
-  std::string_view name;
-  std::optional<Number> number;  ///< where the value is one
-  std::string_view word;         ///< where the value is a single token
-};
+/// A number with or without a sign, which may be binary ('B01') or hexadecimal ('HFF'); none of all else.
+std::optional<Number> number_of(const Expression& expression);
 
-/// `{X 1.0,Y 2.0}`, or `{FRAME: X 1.0,Y 2.0}`.
-struct Aggregate {
-  std::size_t at = 0;
-  std::size_t closed_at = 0;  ///< byte offset of its closing brace
-  std::vector<Field> fields;
-
-  /// @param name  in capitals
-  const Field* find(std::string_view name) const;
-};
-
-/// Reads the aggregate whose brace is tokens[next], and leaves `next` behind it. Components that are
-/// aggregates or arrays themselves have neither number nor word.
-/// Errors: a brace that is not closed, a component given twice, more than 256 of them, a number out of range.
-std::expected<Aggregate, Fault> read_aggregate(Tokens tokens, std::size_t& next);
-
-/// The number that is all of `tokens`: with or without a sign, binary ('B01') or hexadecimal ('HFF'). No
-/// value where they are something else. Errors: a number out of range.
-std::expected<std::optional<Number>, Fault> read_number(Tokens tokens);
+/// The same as a whole number of a table, 0 to 1e6.
+std::optional<int> index_of(const Expression& expression);
 
 enum class PositionForm {
   Cartesian,  ///< X, Y, Z (mm), A, B, C (deg): POS, E6POS, FRAME
   Axes,       ///< A1..A6 (deg): AXIS, E6AXIS
 };
+/// What an aggregate writes: it is of axes where it names one.
+PositionForm form_of(const Expression& aggregate);
 
 /// A position of the arm as it is written. External axes are no part of it.
 struct Position {
@@ -58,6 +38,6 @@ struct Position {
 };
 
 /// @return the position, or why the aggregate is no whole one
-std::expected<Position, Message> position_of(const Aggregate& aggregate, std::size_t file);
+std::expected<Position, Message> position_of(const Expression& aggregate, std::size_t file);
 
 }  // namespace truepose::krl

@@ -75,7 +75,6 @@ struct Offset {
   Spot spot;
   std::array<std::optional<Number>, 6> numbers;  ///< X, Y, Z, A, B, C or A1..A6; what is not given is 0
   std::size_t closed_at = 0;                     ///< byte offset of the closing brace
-  bool is_empty = false;                         ///< no component is given
 };
 
 /// A target of the arm, in the order of the text. One without a point and an offset tells that from there on

@@ -10,6 +10,7 @@
 
 #include "proto/krl/hindrance_kinds.hpp"
 #include "proto/krl/program.hpp"
+#include "proto/krl/program_statement.hpp"
 
 namespace truepose::krl {
 
@@ -47,17 +48,17 @@ struct Scope {
 /// is marked by a hindrance.
 class Variables {
  public:
-  /// Reads the declarations of a file. Its module's name and its text outlive the variables.
-  /// Errors: a faulty aggregate or number in one of them; a variable declared twice.
-  std::expected<void, Fault> read_declarations(const SourceText& source, std::size_t file);
-  /// Reads its assignments and calls, once all declarations are read. Errors: a faulty aggregate or number.
-  std::expected<void, Fault> read_uses(const SourceText& source, std::size_t file);
+  /// Reads the declarations of a file. Its module's name and its text outlive the variables. Throws Fault: a
+  /// variable declared twice.
+  void read_declarations(const SourceText& source, std::size_t file, Statements statements);
+  /// Reads its assignments and calls, once all declarations are read.
+  void read_uses(const SourceText& source, std::size_t file, Statements statements);
 
   /// @return an index into all(), or nothing where the name is declared elsewhere
   std::optional<std::size_t> find(std::string_view name, Scope scope) const;
-  /// The same of `NAME[1]` or `NAME[2,1]` with plain numbers. @param element  all tokens of it
+  /// The same of `NAME[1]` or `NAME[2,1]` with plain numbers.
   /// @return nothing where it is none of these or was given no value
-  std::optional<std::size_t> find_element(Tokens element, Scope scope) const;
+  std::optional<std::size_t> find_element(const Expression& element, Scope scope) const;
 
   const std::vector<Variable>& all() const { return variables_; }
 
@@ -67,20 +68,12 @@ class Variables {
   std::optional<Spot> frame_written(std::string_view module, std::string_view table, int number) const;
 
  private:
-  struct Reading {
-    std::size_t file = 0;
-    Scope scope;
-    bool is_config = false;
-    bool is_program = false;
-  };
-  static Reading reading_of(const SourceText& source, std::size_t file);
-  std::expected<void, Fault> read_declaration(Tokens statement, const Reading& reading);
-  std::expected<void, Fault> read_assignment(Tokens statement, const Reading& reading);
-  void read_frame_write(Tokens variable, const Reading& reading);
-  void read_arguments(Tokens statement, const Reading& reading);
-  void read_chosen_elements(Tokens statement, const Reading& reading);
-  std::expected<void, Fault> give_value(Variable& variable, Tokens value, Spot spot);
-  std::expected<void, Fault> give_element(std::size_t array, Tokens assignment, std::size_t end, Spot spot);
+  void declare(const Declaration& declaration, Scope scope, std::size_t file, bool is_global);
+  void read_assignment(const Assignment& assignment, Scope scope, std::size_t file);
+  void read_frame_write(const Expression& variable, Scope scope, std::size_t file);
+  void read_arguments(const Expression& call, Scope scope, std::size_t file);
+  void read_chosen_element(const Expression& variable, Scope scope, std::size_t file);
+  void give_element(std::size_t array, const Assignment& assignment, Spot spot);
   void hinder_elements(std::size_t array, const Message& why, Spot spot);
 
   std::vector<Variable> variables_;
@@ -91,16 +84,7 @@ class Variables {
   std::map<std::tuple<std::string, std::size_t, std::string>, std::size_t, std::less<>> names_;
 };
 
-/// Whether a statement starts a routine: [GLOBAL] DEF or DEFFCT.
-bool starts_routine(Tokens statement);
-
-/// The statement that TRIGGER ... DO or INTERRUPT ... DO carries out later, or the statement itself.
-Tokens action_of(Tokens statement);
-
 /// Reads `{TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE}`.
-MotionData motion_data_of(const Aggregate& aggregate);
-
-/// Index behind the variable that starts at tokens[from]: its name, indices and components.
-std::size_t end_of_variable(Tokens tokens, std::size_t from);
+MotionData motion_data_of(const Expression& aggregate);
 
 }  // namespace truepose::krl

@@ -6,6 +6,7 @@
 
 #include "proto/krl/places.hpp"
 #include "proto/krl/position.hpp"
+#include "proto/krl/program_statement.hpp"
 #include "proto/krl/rewrite.hpp"
 
 namespace truepose::krl {
@@ -14,36 +15,36 @@ namespace {
 using testing::ElementsAre;
 
 std::vector<std::string> words(std::string_view text) {
-  StatementReader reader(text);
+  const auto statements = cut_into_statements(text);
+  if (!statements) return {"fault at " + std::to_string(statements.error().at)};
   std::vector<std::string> result;
-  while (true) {
-    const auto statement = reader.next();
-    if (!statement) return {"fault at " + std::to_string(statement.error().at)};
-    if (statement->empty()) return result;
-    for (const Token& token : *statement) result.emplace_back(token.text);
+  for (const Statement& statement : *statements) {
+    for (const Token& token : statement) result.emplace_back(token.text);
     result.emplace_back("|");
   }
+  return result;
 }
 
-/// The tokens of one statement.
-struct Statement {
-  explicit Statement(std::string text_in)
-      : text(std::move(text_in)), reader(text), tokens(reader.next().value()) {}
+/// An expression that is a whole statement, and the text to which it refers.
+struct Whole {
+  explicit Whole(std::string text_in)
+      : text(std::move(text_in)), statement(cut_into_statements(text).value().at(0)) {
+    TokenReader reader(statement);
+    expression = read_expression(reader);
+    reader.expect_end();
+  }
   std::string text;
-  StatementReader reader;
-  Tokens tokens;
+  Statement statement;
+  Expression expression;
 };
 
-std::expected<Aggregate, Fault> aggregate_of(const Statement& statement) {
-  std::size_t next = 0;
-  return read_aggregate(statement.tokens, next);
-}
-
 std::string reason(const std::string& text) {
-  const Statement statement(text);
-  const auto position = position_of(aggregate_of(statement).value(), 0);
+  const auto position = position_of(Whole(text).expression, 0);
   return position ? "" : position.error().what;
 }
+
+/// What read_statements() says of a text.
+Fault fault(const std::string& text) { return read_statements(text).error(); }
 
 TEST(KrlTokens, AreNamesNumbersTextsAndSymbols) {
   EXPECT_THAT(words("PTP {A1 -90,a2 1.5E-3} C_PTP"),
@@ -51,6 +52,7 @@ TEST(KrlTokens, AreNamesNumbersTextsAndSymbols) {
   EXPECT_THAT(words("$BASE=BASE_DATA[2] : #TCP \"a ; b\" 'B 01'"),
               ElementsAre("$BASE", "=", "BASE_DATA", "[", "2", "]", ":", "#TCP", "\"a ; b\"", "'B 01'", "|"));
   EXPECT_THAT(words("A=.5+5.-1.E5"), ElementsAre("A", "=", ".5", "+", "5.", "-", "1.E5", "|"));
+  EXPECT_THAT(words("A.B<=M[1].5"), ElementsAre("A", ".", "B", "<=", "M", "[", "1", "]", ".", "5", "|"));
 }
 
 TEST(KrlTokens, LeaveOutCommentsAndHeaderLines) {
@@ -68,36 +70,60 @@ TEST(KrlTokens, ATextThatIsNotClosedIsAFault) {
   EXPECT_THAT(words("it's"), ElementsAre("it", "'", "s", "|"));
 }
 
+TEST(KrlTokens, KnowTheirLinesWordsAndNumbers) {
+  const auto statements = cut_into_statements("a\n\nX,  ; more\n#tcp \"a b\" 'H1f' 1.5 1E999").value();
+  ASSERT_EQ(statements.size(), 2U);
+  const Statement& last = statements[1];
+  EXPECT_EQ(statements[0][0].line, 1);
+  EXPECT_EQ(last[0].line, 3);
+  EXPECT_EQ(last[2].line, 4);
+  EXPECT_EQ(statements[0][0].word(), "A");
+  EXPECT_EQ(last[2].word(), "TCP");
+  EXPECT_EQ(last[3].word(), "a b");
+  EXPECT_EQ(last[4].number(), 31);
+  EXPECT_EQ(last[5].number(), 1.5);
+  EXPECT_FALSE(last[6].number());
+  EXPECT_FALSE(last[0].number());
+}
+
 TEST(KrlAggregate, GivesNumbersWithTheirBytes) {
-  const Statement statement("{X -1.5,Y + 2, Z 'H1F',N[] \"a,}\",F {X 1,Y 2},B #BASE}");
-  const auto aggregate = aggregate_of(statement);
-  ASSERT_TRUE(aggregate);
-  ASSERT_EQ(aggregate->fields.size(), 6U);
-  const Number& x = *aggregate->find("X")->number;
+  const Whole whole("{X -1.5,Y + 2, Z 'H1F',N[] \"a,}\",F {X 1,Y 2},B #BASE}");
+  const Expression& aggregate = whole.expression;
+  ASSERT_EQ(aggregate.names.size(), 6U);
+  EXPECT_EQ(aggregate.text(), whole.text);
+  const Number x = number_of(*aggregate.find("X")).value();
   EXPECT_EQ(x.value, -1.5);
-  EXPECT_EQ(statement.text.substr(x.begin, x.end - x.begin), "-1.5");
-  EXPECT_EQ(aggregate->find("Y")->number->value, 2);
-  EXPECT_EQ(aggregate->find("Z")->number->value, 31);
-  EXPECT_FALSE(aggregate->find("N")->number);
-  EXPECT_FALSE(aggregate->find("F")->number);
-  EXPECT_EQ(aggregate->find("B")->word, "#BASE");
+  EXPECT_EQ(whole.text.substr(x.begin, x.end - x.begin), "-1.5");
+  EXPECT_EQ(number_of(*aggregate.find("Y"))->value, 2);
+  EXPECT_EQ(number_of(*aggregate.find("Z"))->value, 31);
+  EXPECT_FALSE(number_of(*aggregate.find("N")));
+  EXPECT_FALSE(number_of(*aggregate.find("F")));
+  EXPECT_EQ(aggregate.find("B")->name, "BASE");
+  EXPECT_FALSE(aggregate.find("C"));
 }
 
 TEST(KrlAggregate, WhatIsNotClosedGivenTwiceOrOutOfRangeIsAFault) {
-  for (const auto& [text, at] :
-       {std::pair{"{X 1,Y 2", 0}, {"{X 1,Y {A 1}", 0}, {"{X 1,x 2}", 5}, {"{X 1E999}", 3}}) {
-    const auto aggregate = aggregate_of(Statement(text));
-    ASSERT_FALSE(aggregate) << text;
-    EXPECT_EQ(aggregate.error().at, static_cast<std::size_t>(at)) << text;
-  }
+  EXPECT_EQ(fault("P={X 1,Y 2").at, 2U);
+  EXPECT_EQ(fault("P={X 1,Y {A 1}").at, 2U);
+  EXPECT_EQ(fault("P={X 1,x 2}").at, 7U);
+  EXPECT_EQ(fault("P={X 1E999}").at, 5U);
+  EXPECT_EQ(fault("LIN P:{X -1E999}").at, 10U);
 }
 
 TEST(KrlAggregate, EndlessOnesAreAFault) {
-  std::string text = "{";
+  std::string text = "P={";
   for (int i = 0; i < 100'000; ++i) text.append("N").append(std::to_string(i)).append(" 1,");
-  const auto aggregate = aggregate_of(Statement(text + "X 1}"));
-  ASSERT_FALSE(aggregate);
-  EXPECT_EQ(aggregate.error().what, "too many components; give at most 256");
+  EXPECT_EQ(fault(text + "X 1}").what, "too many components; give at most 256");
+}
+
+TEST(KrlVariables, HaveARootAndATextOfTheirOwn) {
+  const Whole whole("1+Grid[2 , 1].x");
+  const Expression& variable = whole.expression.parts[1];
+  EXPECT_TRUE(variable.is_variable());
+  EXPECT_EQ(variable.text(), "Grid[2 , 1].x");
+  EXPECT_EQ(variable.name, "X");
+  EXPECT_EQ(variable.root().name, "GRID");
+  EXPECT_FALSE(whole.expression.is_variable());
 }
 
 TEST(KrlPosition, IsCartesianOrOfAxesAndWhole) {

@@ -10,7 +10,7 @@
 #include "config/kuka_archive.hpp"
 #include "config/text_file.hpp"
 #include "core/formatted.hpp"
-#include "tools/sim/krl/lexer.hpp"
+#include "proto/krl/lexer.hpp"
 #include "tools/sim/rsi_flow.hpp"
 #include "tools/sim/system_files.hpp"
 
@@ -41,7 +41,7 @@ bool is_krl(const fs::path& file) {
 }
 
 std::string module_file(const krl::Source& source) {
-  return krl::in_capitals(fs::path{source.file}.filename().string());
+  return truepose::krl::in_capitals(fs::path{source.file}.filename().string());
 }
 
 /// The controller's programs: those of `more` take the place of others of the same name.
@@ -53,7 +53,7 @@ void replace_with(std::vector<krl::Source>& programs, std::vector<krl::Source> m
 }
 
 bool calls_state_server(const std::string& text) {
-  return krl::in_capitals(text).find("TP_SUBMIT_CYCLE") != std::string::npos;
+  return truepose::krl::in_capitals(text).find("TP_SUBMIT_CYCLE") != std::string::npos;
 }
 
 /// Without the state server no client sees the controller: an sps.sub that does not call it is not taken.

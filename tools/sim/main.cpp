@@ -27,9 +27,9 @@
 #include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/eki/messages.hpp"
+#include "proto/krl/lexer.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/host_address.hpp"
-#include "tools/sim/krl/lexer.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
 #include "tools/steering/event_loop.hpp"
@@ -261,7 +261,7 @@ std::string steered(const std::string& line, sim::SimulatedCell& cell, const con
 void print_not_simulated(const std::vector<sim::krl::Fault>& refusals) {
   std::map<std::string, std::vector<sim::krl::Fault>> by_file;
   for (const sim::krl::Fault& refusal : refusals) {
-    if (!sim::krl::in_capitals(refusal.file).ends_with(".DAT")) by_file[refusal.file].push_back(refusal);
+    if (!truepose::krl::in_capitals(refusal.file).ends_with(".DAT")) by_file[refusal.file].push_back(refusal);
   }
   for (const auto& [file, of_file] : by_file) {
     const auto first = std::ranges::min_element(of_file, {}, &sim::krl::Fault::line);

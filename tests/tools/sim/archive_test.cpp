@@ -18,11 +18,11 @@
 #include "config/scenario.hpp"
 #include "core/arm/forward.hpp"
 #include "core/simulate/published_arm.hpp"
+#include "proto/krl/lexer.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tools/sim/controller.hpp"
 #include "tools/sim/controller_setup.hpp"
-#include "tools/sim/krl/lexer.hpp"
 
 namespace truepose::sim {
 namespace {
@@ -119,7 +119,7 @@ class ArchiveTest : public testing::TestWithParam<Row> {
   /// Of the program's own file, or of its data list.
   static bool is_of(const json::value& entry, const std::string& program) {
     const std::string stem = fs::path{entry.at("file").as_string().c_str()}.stem();
-    return krl::in_capitals(stem) == krl::in_capitals(program);
+    return truepose::krl::in_capitals(stem) == krl::in_capitals(program);
   }
   static std::string corrected(const std::string& program) {
     std::size_t changed = 0, left = 0;

@@ -38,30 +38,22 @@ class RoutineScanner {
   }
 
  private:
-  static bool begins_routine(const Statement& statement) {
-    const bool is_global = statement.tokens[0].is("GLOBAL");
-    if (is_global && statement.tokens.size() == 1) return false;
-    const Token& word = statement.tokens[is_global ? 1 : 0];
-    return word.is("DEF") || word.is("DEFFCT");
-  }
-
   /// What stands before the parameters.
   static std::string name_of(const Statement& head) {
-    const auto bracket =
-        std::ranges::find_if(head.tokens, [](const Token& token) { return token.is("("); });
-    return bracket == head.tokens.begin() ? std::string{} : (bracket - 1)->text;
+    const auto bracket = std::ranges::find_if(head, [](const Token& token) { return token.is("("); });
+    return bracket == head.begin() ? std::string{} : (bracket - 1)->word();
   }
 
   Body routine() {
-    TokenReader reader(file_, statements_[at_]);
-    Routine routine{.file = index_, .line = statements_[at_].line, .module = module_};
+    StatementReader reader(file_, statements_[at_]);
+    Routine routine{.file = index_, .line = statements_[at_][0].line, .module = module_};
     routine.is_global = reader.take_if("GLOBAL");
     const bool is_function = reader.take_if("DEFFCT");
     if (!is_function && !reader.take_if("DEF"))
-      reader.fail("DEF or DEFFCT is expected before " + reader.peek().text);
+      reader.fail("DEF or DEFFCT is expected before " + reader.peek().word());
     if (is_function) {
-      routine.result = read_type(reader, symbols_.program.types);
-      read_sizes(reader, symbols_.program.types, routine.result);
+      routine.result = type_of(reader.take(), reader, symbols_.program.types);
+      routine.result = sized(routine.result, read_sizes(reader), reader, symbols_.program.types);
     }
     routine.name = reader.take_name("the name of the subprogram");
     symbols_.check_new_name(routine.name, reader);
@@ -108,7 +100,7 @@ class RoutineScanner {
   void read_declarations(Routine& routine, Body& body) {
     for (const Parameter& parameter : routine.parameters) body.locals.push_back({parameter.name, {}});
     for (; at_ < statements_.size(); ++at_) {
-      TokenReader reader(file_, statements_[at_]);
+      StatementReader reader(file_, statements_[at_]);
       if (!begins_declaration(reader, symbols_.program.types)) break;
       try {
         read_declaration(reader, body);
@@ -126,43 +118,45 @@ class RoutineScanner {
   }
 
   void read_declaration(TokenReader& reader, Body& body) {
-    const Attributes attributes = read_attributes(reader);
-    if (attributes.is_global || attributes.is_constant) reader.fail("local data is neither GLOBAL nor CONST");
-    const Type type = read_type(reader, symbols_.program.types);
-    do {
-      LocalName local{reader.take_name("a variable"), type};
-      symbols_.check_new_name(local.name, reader);
-      read_sizes(reader, symbols_.program.types, local.type);
-      const auto known = std::ranges::find(body.locals, local.name, &LocalName::name);
-      const bool is_sized = std::ranges::count(local.type.sizes, 0) == 0;
-      if (known == body.locals.end()) {
-        if (!is_sized) reader.fail(local.name + " needs a size");
-        body.locals.push_back(std::move(local));
-      } else if (known->type.kind == Kind::None) {
-        known->type = local.type;
-      } else {
-        reader.fail(local.name + " is declared twice");
-      }
-      if (reader.next_is("="))
-        reader.fail("a declaration in a program has no initial value; it belongs into the data list");
-    } while (reader.take_if(","));
+    Declaration declaration;
+    truepose::krl::read_declaration(reader, declaration);
     reader.expect_end();
+    if (declaration.is_global || declaration.is_constant)
+      reader.fail("local data is neither GLOBAL nor CONST");
+    const Type type = type_of(declaration.type, reader, symbols_.program.types);
+    for (const Declaration::Name& name : declaration.names) {
+      symbols_.check_new_name(name.token.word(), reader);
+      declare({name.token.word(), sized(type, name.sizes, reader, symbols_.program.types)}, reader, body);
+      if (name.value)
+        reader.fail("a declaration in a program has no initial value; it belongs into the data list");
+    }
+  }
+
+  static void declare(LocalName local, const TokenReader& reader, Body& body) {
+    const auto known = std::ranges::find(body.locals, local.name, &LocalName::name);
+    if (known == body.locals.end()) {
+      if (std::ranges::count(local.type.sizes, 0) > 0) reader.fail(local.name + " needs a size");
+      body.locals.push_back(std::move(local));
+    } else if (known->type.kind == Kind::None) {
+      known->type = local.type;
+    } else {
+      reader.fail(local.name + " is declared twice");
+    }
   }
 
   void take_statements(const Routine& routine, std::string_view end, Body& body) {
     const std::size_t first = at_;
     for (; at_ < statements_.size(); ++at_) {
       const Statement& statement = statements_[at_];
-      if (statement.tokens[0].is(end)) break;
-      const bool is_next = statement.tokens[0].is("DEF") || statement.tokens[0].is("DEFFCT");
-      if (is_next || statement.tokens[0].is("END") || statement.tokens[0].is("ENDFCT"))
-        throw Fault{file_, statement.line, std::string(end) + " of " + routine.name + " is missing"};
+      if (statement[0].is(end)) break;
+      if (statement[0].is_any_of({"DEF", "DEFFCT", "END", "ENDFCT"}))
+        throw Fault{file_, statement[0].line, std::string(end) + " of " + routine.name + " is missing"};
     }
     if (at_ == statements_.size())
       throw Fault{file_, routine.line, std::string(end) + " of " + routine.name + " is missing"};
     body.statements = statements_.subspan(first, at_ - first);
     body.end = statements_[at_];
-    TokenReader reader(file_, body.end);
+    StatementReader reader(file_, body.end);
     reader.take();
     reader.expect_end();
     ++at_;
@@ -197,7 +191,7 @@ BodyCompiler::BodyCompiler(const Body& body, Symbols& symbols)
 void BodyCompiler::compile() {
   symbols_.program.routines[body_.routine].entry = scope_.here();
   compile_statements();
-  scope_.line = body_.end.line;
+  scope_.line = body_.end[0].line;
   scope_.emit(Op::Statement);
   Routine& routine = symbols_.program.routines[body_.routine];
   scope_.emit(routine.result.kind == Kind::None ? Op::Return : Op::NoResult);
@@ -208,7 +202,8 @@ void BodyCompiler::compile() {
   }
 }
 
-/// Of a partial file, a subprogram whose loops and branches do not close stops the program where it is called.
+/// Of a partial file, a subprogram whose loops and branches do not close stops the program where it is
+/// called.
 void BodyCompiler::compile_statements() {
   const std::size_t before = scope_.here();
   try {
@@ -221,18 +216,18 @@ void BodyCompiler::compile_statements() {
 }
 
 bool BodyCompiler::next_begins_with(std::string_view word) const {
-  return !at_end() && body_.statements[at_].tokens[0].is(word);
+  return !at_end() && body_.statements[at_][0].is(word);
 }
 
 std::string BodyCompiler::block(std::initializer_list<std::string_view> ends, const Statement& opened) {
   if (blocks_.size() == kDeepestBlock) scope_.fail("loops and branches are nested too deeply");
   blocks_.push_back(++block_count_);
   while (true) {
-    if (at_end()) throw Fault{body_.file, opened.line, std::string(*(ends.end() - 1)) + " is missing"};
+    if (at_end()) throw Fault{body_.file, opened[0].line, std::string(*(ends.end() - 1)) + " is missing"};
     for (const std::string_view end : ends) {
       if (!next_begins_with(end)) continue;
       blocks_.pop_back();
-      scope_.line = body_.statements[at_].line;
+      scope_.line = body_.statements[at_][0].line;
       return std::string(end);
     }
     statement();
@@ -240,17 +235,17 @@ std::string BodyCompiler::block(std::initializer_list<std::string_view> ends, co
 }
 
 void BodyCompiler::close(std::string_view word) {
-  TokenReader reader(body_.file, body_.statements[at_++]);
+  StatementReader reader(body_.file, body_.statements[at_++]);
   reader.expect(word);
   reader.expect_end();
 }
 
 void BodyCompiler::statement() {
   const Statement& statement = body_.statements[at_++];
-  scope_.line = statement.line;
+  scope_.line = statement[0].line;
   scope_.is_continued = std::exchange(continued_, false);
   scope_.emit(Op::Statement);
-  TokenReader reader(body_.file, statement);
+  StatementReader reader(body_.file, statement);
   attempt([&] { dispatch(reader); });
 }
 
@@ -271,21 +266,19 @@ void BodyCompiler::attempt(const std::function<void()>& part) {
 
 void BodyCompiler::dispatch(TokenReader& reader) {
   const Token& first = reader.peek();
-  if (first.kind != TokenKind::Name) reader.fail("a statement cannot begin with " + first.text);
-  const bool is_assignment = reader.peek(1).is("=") || reader.peek(1).is("[") || reader.peek(1).is(".");
-  if (const auto compile = statements().find(first.text); compile != statements().end())
+  if (first.kind != TokenKind::Name) reader.fail("a statement cannot begin with " + first.word());
+  if (const auto compile = statements().find(first.word()); compile != statements().end())
     return (this->*compile->second)(reader);
-  if (is_assignment) return compile_assignment(reader);
+  if (reader.peek(1).is_any_of({"=", "[", "."})) return compile_assignment(reader);
   if (reader.peek(1).is("(")) {
-    const Token name = reader.take();
-    const Expression call = read_call(reader, name);
+    const Expression call = read_call(reader);
     reader.expect_end();
     return expressions_.call_statement(call);
   }
   if (reader.peek(1).is(":")) return compile_label(reader);
   if (begins_declaration(reader, scope_.types()))
     reader.fail("declarations stand before the first statement");
-  reader.fail("the statement " + first.text + " is not known here");
+  reader.fail("the statement " + first.word() + " is not known here");
 }
 
 const std::map<std::string_view, BodyCompiler::Compile>& BodyCompiler::statements() {

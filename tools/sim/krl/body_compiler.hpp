@@ -68,8 +68,8 @@ class BodyCompiler {
   // motion_compiler.cpp
   void compile_motion(TokenReader& reader);
   /// Reads a motion of the kind that its first word says, up to its approximation.
-  MotionShape read_motion(TokenReader& reader);
-  void read_target(TokenReader& reader, const std::string& word, MotionShape& motion);
+  MotionShape motion_shape(TokenReader& reader);
+  void compile_targets(const truepose::krl::Motion& motion, MotionShape& shape);
   Approximation read_approximation(TokenReader& reader, bool is_spline);
   void compile_wait(TokenReader& reader);
   void compile_interrupt(TokenReader& reader);
@@ -83,11 +83,7 @@ class BodyCompiler {
   void compile_spline(TokenReader& reader);
   void compile_block(TokenReader& reader);
   std::vector<MotionShape> segments(MotionKind block, const Statement& opened);
-  struct Setting {
-    Expression variable, value;
-  };
-  std::vector<Setting> read_with(TokenReader& reader);
-  void emit_settings(const std::vector<Setting>& settings);
+  void emit_settings(const std::vector<Assignment>& settings);
 
   void read_time(TokenReader& reader, std::vector<MotionShape>& segments);
 

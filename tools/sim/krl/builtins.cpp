@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "tools/sim/krl/fault.hpp"
-#include "tools/sim/krl/lexer.hpp"
+#include "tools/sim/krl/statement_reader.hpp"
 
 namespace truepose::sim::krl {
 namespace {

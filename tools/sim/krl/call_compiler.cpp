@@ -10,7 +10,7 @@ void ExpressionCompiler::call_statement(const Expression& expression) {
 }
 
 Type ExpressionCompiler::call(const Expression& expression) {
-  const std::string& name = expression.token.text;
+  const std::string& name = expression.name;
   if (name == "ABS") return absolute(expression);
   if (name == "INV_POS") return inverse_pose(expression);
   if (name == "VARSTATE") return variable_state(expression);
@@ -43,19 +43,19 @@ void ExpressionCompiler::fail_aside(const Expression& expression) {
   const std::string what = scope_.aside == "trigger"     ? "what a trigger sets"
                            : scope_.aside == "interrupt" ? "the condition of an interrupt"
                                                          : "a cyclical flag";
-  scope_.fail(what + " cannot call " + expression.token.text);
+  scope_.fail(what + " cannot call " + expression.name);
 }
 
 void ExpressionCompiler::count_arguments(const Expression& expression, std::size_t expected) {
   if (expression.parts.size() == expected) return;
-  scope_.fail(expression.token.text + " takes " + std::to_string(expected) + " parameters, not " +
+  scope_.fail(expression.name + " takes " + std::to_string(expected) + " parameters, not " +
               std::to_string(expression.parts.size()));
 }
 
 void ExpressionCompiler::arguments(const Expression& expression, const std::vector<Parameter>& parameters) {
   if (expression.parts.size() > parameters.size()) count_arguments(expression, parameters.size());
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const std::string what = "parameter " + std::to_string(i + 1) + " of " + expression.token.text;
+    const std::string what = "parameter " + std::to_string(i + 1) + " of " + expression.name;
     const bool is_given = i < expression.parts.size() && expression.parts[i].kind != ExpressionKind::Omitted;
     is_given ? argument(expression.parts[i], parameters[i], what) : omitted(parameters[i]);
   }
@@ -96,15 +96,14 @@ Type ExpressionCompiler::inverse_pose(const Expression& expression) {
 Type ExpressionCompiler::variable_state(const Expression& expression) {
   count_arguments(expression, 1);
   const Token& text = expression.parts[0].token;
-  if (expression.parts[0].kind != ExpressionKind::Constant || text.kind != TokenKind::Text)
-    scope_.fail("VARSTATE is known here with a text constant only");
+  if (text.kind != TokenKind::Text) scope_.fail("VARSTATE is known here with a text constant only");
   const Type result = *scope_.types().find("VAR_STATE");
   const std::string& file = scope_.symbols.program.files[static_cast<std::size_t>(scope_.file)];
   const std::size_t before = scope_.here();
   try {
-    const std::vector<Statement> inside = cut_into_statements(file, text.text);
+    const std::vector<Statement> inside = statements_of(file, text.text.substr(1, text.text.size() - 2));
     if (inside.size() != 1) scope_.fail("no variable");
-    TokenReader reader(file, inside[0]);
+    StatementReader reader(file, inside[0]);
     const Expression variable = read_variable(reader);
     reader.expect_end();
     place(variable);
@@ -132,7 +131,7 @@ Type ExpressionCompiler::string_read(const Expression& expression) {
   constexpr std::size_t kFirst = 4;
   for (std::size_t i = kFirst; i < expression.parts.size(); ++i) {
     const Expression& variable = expression.parts[i];
-    if (!is_variable(variable)) scope_.fail("SREAD reads into variables");
+    if (!variable.is_variable()) scope_.fail("SREAD reads into variables");
     const Type type = place(variable);
     if (type.is_array() && variable.kind != ExpressionKind::Whole)
       scope_.fail("an array as a whole is written with []");
@@ -146,7 +145,7 @@ Type ExpressionCompiler::string_read(const Expression& expression) {
 
 /// What SREAD and SWRITE begin with. @return the subprogram
 std::size_t ExpressionCompiler::format_arguments(const Expression& expression) {
-  const std::string& name = expression.token.text;
+  const std::string& name = expression.name;
   if (expression.parts.size() < 4)
     scope_.fail(name + " takes a text, a state, an offset, a format and " +
                 (name == "SREAD" ? "variables" : "values"));

@@ -46,22 +46,22 @@ void BodyCompiler::compile_switch(TokenReader& reader) {
     scope_.emit(Op::Store);
   });
   if (!next_begins_with("CASE"))
-    throw Fault{body_.file, at_end() ? opened.line : body_.statements[at_].line, "CASE is expected"};
+    throw Fault{body_.file, at_end() ? opened[0].line : body_.statements[at_][0].line, "CASE is expected"};
   std::vector<std::size_t> exits;
   while (next_begins_with("CASE")) compile_case(subject, type, exits);
   if (next_begins_with("DEFAULT")) {
     close("DEFAULT");
     block({"ENDSWITCH"}, opened);
   }
-  if (!next_begins_with("ENDSWITCH")) throw Fault{body_.file, opened.line, "ENDSWITCH is missing"};
+  if (!next_begins_with("ENDSWITCH")) throw Fault{body_.file, opened[0].line, "ENDSWITCH is missing"};
   close("ENDSWITCH");
   for (const std::size_t exit : exits) scope_.land(exit);
 }
 
 void BodyCompiler::compile_case(std::size_t subject, const Type& type, std::vector<std::size_t>& exits) {
   const Statement& opened = body_.statements[at_++];
-  scope_.line = opened.line;
-  TokenReader reader(body_.file, opened);
+  scope_.line = opened[0].line;
+  StatementReader reader(body_.file, opened);
   reader.expect("CASE");
   std::vector<std::size_t> matches;
   attempt([&] {
@@ -119,7 +119,7 @@ void BodyCompiler::compile_repeat(TokenReader& reader) {
   reader.expect_end();
   const std::size_t start = scope_.here();
   loop_body(start, "UNTIL");
-  TokenReader end(body_.file, body_.statements[at_++]);
+  StatementReader end(body_.file, body_.statements[at_++]);
   end.take();
   attempt([&] {
     condition(end, "the condition of UNTIL");
@@ -245,11 +245,9 @@ void BodyCompiler::compile_continue(TokenReader& reader) {
 
 void BodyCompiler::compile_assignment(TokenReader& reader) {
   if (reader.next_is("$CYCFLAG")) return compile_cyclical(reader);
-  const Expression target = read_variable(reader);
-  reader.expect("=");
-  const Expression source = read_expression(reader);
+  const Assignment assignment = read_assignment(reader);
   reader.expect_end();
-  expressions_.assign(target, source);
+  expressions_.assign(assignment.variable, assignment.value);
 }
 
 }  // namespace truepose::sim::krl

@@ -8,16 +8,15 @@
 namespace truepose::sim::krl {
 namespace {
 
-Structure read_structure(TokenReader& reader, const Symbols& symbols) {
+Structure read_structure(TokenReader& reader, const Types& types) {
   Structure structure{.name = reader.take_name("the name of the structure")};
-  Type type = read_type(reader, symbols.program.types);
+  Type type = type_of(reader.take(), reader, types);
   do {
     // A type stands before its first component and holds for those that follow.
-    if (reader.peek(1).kind == TokenKind::Name) type = read_type(reader, symbols.program.types);
-    Field field{reader.take_name("a component"), type};
-    if (structure.find(field.name)) reader.fail("the component " + field.name + " is declared twice");
-    read_sizes(reader, symbols.program.types, field.type);
-    structure.fields.push_back(std::move(field));
+    if (reader.peek(1).kind == TokenKind::Name) type = type_of(reader.take(), reader, types);
+    const std::string name = reader.take_name("a component");
+    if (structure.find(name)) reader.fail("the component " + name + " is declared twice");
+    structure.fields.push_back({name, sized(type, read_sizes(reader), reader, types)});
   } while (reader.take_if(","));
   return structure;
 }
@@ -40,8 +39,8 @@ void add_type(T type, const DataList& list, TokenReader& reader, Symbols& symbol
 
 /// STRUC and ENUM, with or without GLOBAL before them.
 bool declares_type(const Statement& statement, std::string_view word) {
-  const auto& tokens = statement.tokens;
-  return tokens[0].is(word) || (tokens[0].is("GLOBAL") && tokens.size() > 1 && tokens[1].is(word));
+  return statement[0].is(word) ||
+         (statement[0].is("GLOBAL") && statement.size() > 1 && statement[1].is(word));
 }
 
 bool is_constant(const Expression& expression) {
@@ -75,8 +74,8 @@ class DataCompiler {
   void compile() {
     bool is_open = list_.is_environment, is_closed = false;
     for (const Statement& statement : list_.statements) {
-      TokenReader reader(list_.name, statement);
-      scope_.line = statement.line;
+      StatementReader reader(list_.name, statement);
+      scope_.line = statement[0].line;
       if (is_closed && list_.is_partial) break;
       if (is_closed) reader.fail("a statement stands behind ENDDAT");
       if (!is_open) {
@@ -91,16 +90,17 @@ class DataCompiler {
         list_.is_partial ? try_statement(statement) : read_statement(reader);
       }
     }
-    if (!is_closed && !list_.is_environment && !list_.is_partial) throw Fault{list_.name, last_line(), "ENDDAT is missing"};
+    if (!is_closed && !list_.is_environment && !list_.is_partial)
+      throw Fault{list_.name, last_line(), "ENDDAT is missing"};
   }
 
  private:
-  int last_line() const { return list_.statements.empty() ? 0 : list_.statements.back().line; }
+  int last_line() const { return list_.statements.empty() ? 0 : list_.statements.back()[0].line; }
 
   void try_statement(const Statement& statement) {
     const std::size_t before = scope_.here();
     try {
-      TokenReader reader(list_.name, statement);
+      StatementReader reader(list_.name, statement);
       read_statement(reader);
     } catch (const Fault& fault) {
       symbols_.program.code.resize(before);
@@ -111,9 +111,9 @@ class DataCompiler {
   /// All names of a statement that nothing else has.
   std::vector<std::string> declared_names(const Statement& statement) const {
     std::vector<std::string> names;
-    for (const Token& token : statement.tokens) {
-      if (token.kind == TokenKind::Name && !symbols_.find_variable(token.text, list_.module))
-        names.push_back(token.text);
+    for (const Token& token : statement) {
+      if (token.kind == TokenKind::Name && !symbols_.find_variable(token.word(), list_.module))
+        names.push_back(token.word());
     }
     return names;
   }
@@ -123,53 +123,52 @@ class DataCompiler {
     if (reader.next_is("SIGNAL") || reader.peek(1).is("SIGNAL")) return read_signal(reader);
     if (begins_declaration(reader, symbols_.program.types)) return read_declaration(reader);
     if (reader.peek().kind != TokenKind::Name)
-      reader.fail("a declaration or an initial value is expected before " + reader.peek().text);
-    const auto symbol = symbols_.find_variable(reader.peek().text, list_.module);
+      reader.fail("a declaration or an initial value is expected before " + reader.peek().word());
+    const auto symbol = symbols_.find_variable(reader.peek().word(), list_.module);
     if (!symbol)
-      reader.fail("the name " + reader.peek().text + " is not known, and no declaration begins with it");
+      reader.fail("the name " + reader.peek().word() + " is not known, and no declaration begins with it");
     if (symbol->storage != Storage::Global) {
       if (declares_systems()) return;
-      reader.fail(reader.peek().text + " is the controller's and gets no initial value");
+      reader.fail(reader.peek().word() + " is the controller's and gets no initial value");
     }
-    const Expression target = read_variable(reader);
-    if (!has_constant_indices(target)) reader.fail("an index in a data list is constant");
-    reader.expect("=");
-    const Expression value = read_initial_value(reader);
+    const auto [target, value] = read_assignment(reader);
     reader.expect_end();
+    if (!has_constant_indices(target)) reader.fail("an index in a data list is constant");
+    check_constant(value, reader);
     ExpressionCompiler(scope_).initialise(target, value);
   }
 
-  Expression read_initial_value(TokenReader& reader) {
-    Expression value = read_expression(reader);
+  static void check_constant(const Expression& value, const TokenReader& reader) {
     if (!is_constant(value)) reader.fail("an initial value is constant");
-    return value;
   }
 
   void read_declaration(TokenReader& reader) {
-    const Attributes attributes = read_attributes(reader);
-    const Type type = read_type(reader, symbols_.program.types);
-    do {
-      Variable variable{.name = reader.take_name("a variable"),
-                        .type = type,
-                        .is_constant = attributes.is_constant,
-                        .is_global = attributes.is_global || list_.is_global,
-                        .module = list_.module};
-      read_sizes(reader, symbols_.program.types, variable.type);
-      if (std::ranges::count(variable.type.sizes, 0) > 0) reader.fail(variable.name + " needs a size");
-      const bool is_system = variable.name.starts_with('$');
-      if (is_system && !declares_systems())
-        reader.fail(variable.name + " begins with $, as the controller's own variables do");
-      variable.passes_advance_run = passes(variable.name) || passes_advance_run(variable.name);
-      if (is_answered(variable.name)) {
-        if (reader.take_if("=")) read_initial_value(reader);
-        continue;
-      }
-      const bool is_hosts = is_system && list_.is_environment;
-      const Symbol symbol =
-          is_hosts ? symbols_.add_system(variable, reader) : symbols_.add_variable(variable, reader);
-      if (reader.take_if("=")) initialise(symbol, variable.name, read_initial_value(reader));
-    } while (reader.take_if(","));
+    Declaration declaration;
+    truepose::krl::read_declaration(reader, declaration);
     reader.expect_end();
+    const Type type = type_of(declaration.type, reader, symbols_.program.types);
+    for (const Declaration::Name& name : declaration.names) {
+      if (name.value) check_constant(*name.value, reader);
+      declare({.name = name.token.word(),
+               .type = sized(type, name.sizes, reader, symbols_.program.types),
+               .is_constant = declaration.is_constant,
+               .is_global = declaration.is_global || list_.is_global,
+               .module = list_.module},
+              name.value, reader);
+    }
+  }
+
+  void declare(Variable variable, const std::optional<Expression>& value, const TokenReader& reader) {
+    if (std::ranges::count(variable.type.sizes, 0) > 0) reader.fail(variable.name + " needs a size");
+    const bool is_system = variable.name.starts_with('$');
+    if (is_system && !declares_systems())
+      reader.fail(variable.name + " begins with $, as the controller's own variables do");
+    variable.passes_advance_run = passes(variable.name) || passes_advance_run(variable.name);
+    if (is_answered(variable.name)) return;
+    const bool is_hosts = is_system && list_.is_environment;
+    const Symbol symbol =
+        is_hosts ? symbols_.add_system(variable, reader) : symbols_.add_variable(variable, reader);
+    if (value) initialise(symbol, variable.name, *value);
   }
 
   /// Machine data and $config.dat of a real controller declare variables that begin with $.
@@ -181,8 +180,8 @@ class DataCompiler {
   bool is_answered(const std::string& name) const {
     if (list_.is_environment) return false;
     const auto symbol = symbols_.find_variable(name, list_.module);
-    return symbol && (symbol->storage == Storage::System ||
-                      (list_.is_partial && symbols_.is_environments(*symbol)));
+    return symbol &&
+           (symbol->storage == Storage::System || (list_.is_partial && symbols_.is_environments(*symbol)));
   }
 
   /// SIGNAL GRIPPER $OUT[3]; SIGNAL WORD $IN[1] TO $IN[8]
@@ -208,12 +207,12 @@ class DataCompiler {
   }
 
   void read_unconnected(const Signal& signal, TokenReader& reader) {
-    const Symbol symbol = symbols_.add_variable({.name = signal.name,
-                                                 .type = {Kind::Bool},
-                                                 .is_global = signal.is_global,
-                                                 .module = signal.module},
-                                                reader);
-    initialise(symbol, signal.name, read_initial_value(reader));
+    const Symbol symbol = symbols_.add_variable(
+        {.name = signal.name, .type = {Kind::Bool}, .is_global = signal.is_global, .module = signal.module},
+        reader);
+    const Expression value = read_expression(reader);
+    check_constant(value, reader);
+    initialise(symbol, signal.name, value);
     reader.expect_end();
   }
 
@@ -224,10 +223,11 @@ class DataCompiler {
     if (!is_array || (symbol->type.kind != Kind::Bool && symbol->type.kind != Kind::Real))
       reader.fail(variable + " is no array of BOOL or REAL of the controller");
     reader.expect("[");
-    const Token element = reader.take();
-    if (element.kind != TokenKind::Integer || element.integer < 1 || element.integer > symbol->type.sizes[0])
+    const Token& element = reader.take();
+    const bool is_whole = element.kind == TokenKind::Integer;
+    if (!is_whole || integer_of(element) < 1 || integer_of(element) > symbol->type.sizes[0])
       reader.fail("the number of " + variable + " is 1 to " + std::to_string(symbol->type.sizes[0]));
-    symbol->element = element.integer;
+    symbol->element = integer_of(element);
     reader.expect("]");
     return *symbol;
   }
@@ -245,15 +245,15 @@ class DataCompiler {
 
   void read_external(TokenReader& reader) {
     External external;
-    if (reader.take().is("EXTFCT")) external.result = read_type(reader, symbols_.program.types);
+    if (reader.take().is("EXTFCT")) external.result = type_of(reader.take(), reader, symbols_.program.types);
     external.name = reader.take_name("the name of a subprogram");
     if (!list_.is_environment) return check_known(external.name, reader);
     external.passes_advance_run = passes(external.name);
     reader.expect("(");
     while (!reader.take_if(")")) {
       if (!external.parameters.empty()) reader.expect(",");
-      Parameter parameter{.type = read_type(reader, symbols_.program.types)};
-      read_sizes(reader, symbols_.program.types, parameter.type);
+      Parameter parameter{.type = type_of(reader.take(), reader, symbols_.program.types)};
+      parameter.type = sized(parameter.type, read_sizes(reader), reader, symbols_.program.types);
       if (reader.take_if(":") && reader.take_name("IN or OUT") == "IN") parameter.direction = Direction::In;
       external.parameters.push_back(std::move(parameter));
     }
@@ -279,11 +279,11 @@ void collect_types(const DataList& list, Symbols& symbols) {
   for (const Statement& statement : list.statements) {
     const bool is_structure = declares_type(statement, "STRUC");
     if (!is_structure && !declares_type(statement, "ENUM")) continue;
-    TokenReader reader(list.name, statement);
+    StatementReader reader(list.name, statement);
     try {
       reader.take_if("GLOBAL");
       reader.take();
-      is_structure ? add_type(read_structure(reader, symbols), list, reader, symbols)
+      is_structure ? add_type(read_structure(reader, symbols.program.types), list, reader, symbols)
                    : add_type(read_enumeration(reader), list, reader, symbols);
       reader.expect_end();
     } catch (const Fault& fault) {

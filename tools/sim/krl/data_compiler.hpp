@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/sim/krl/lexer.hpp"
+#include "tools/sim/krl/statement_reader.hpp"
 #include "tools/sim/krl/symbols.hpp"
 
 namespace truepose::sim::krl {

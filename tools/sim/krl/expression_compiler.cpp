@@ -31,7 +31,7 @@ Type ExpressionCompiler::value(const Expression& expression) {
     case ExpressionKind::Constant:
       return constant(expression.token);
     case ExpressionKind::Literal:
-      scope_.fail("the enumeration is not known of #" + expression.token.text);
+      scope_.fail("the enumeration is not known of #" + expression.name);
     case ExpressionKind::Name:
     case ExpressionKind::Element:
     case ExpressionKind::Whole:
@@ -48,7 +48,7 @@ Type ExpressionCompiler::value(const Expression& expression) {
     case ExpressionKind::Aggregate:
       break;
   }
-  const auto type = scope_.types().find(expression.token.text);
+  const auto type = scope_.types().find(expression.name);
   if (!type || type->kind != Kind::Structure) scope_.fail("the structure of {...} is not known");
   return aggregate(expression, *type);
 }
@@ -56,17 +56,16 @@ Type ExpressionCompiler::value(const Expression& expression) {
 void ExpressionCompiler::value_as(const Expression& expression, const Type& type, const std::string& what) {
   if (expression.kind == ExpressionKind::Literal) {
     if (!type.is(Kind::Enumeration)) scope_.fail(what + " is " + type_name(type) + ", not an enumeration");
-    if (!scope_.types().enumeration(type).has(expression.token.text))
-      scope_.fail("the enumeration " + type_name(type) + " has no #" + expression.token.text);
-    return scope_.push(Literal{expression.token.text});
+    if (!scope_.types().enumeration(type).has(expression.name))
+      scope_.fail("the enumeration " + type_name(type) + " has no #" + expression.name);
+    return scope_.push(Literal{expression.name});
   }
   if (expression.kind == ExpressionKind::Constant && expression.token.kind == TokenKind::Text &&
       type.is(Kind::Char)) {
-    if (expression.token.text.size() != 1) scope_.fail(what + " is CHAR and takes one character");
-    return scope_.push(expression.token.text[0]);
+    if (expression.name.size() != 1) scope_.fail(what + " is CHAR and takes one character");
+    return scope_.push(expression.name[0]);
   }
-  if (expression.kind == ExpressionKind::Aggregate && expression.token.text.empty() &&
-      type.is(Kind::Structure)) {
+  if (expression.kind == ExpressionKind::Aggregate && expression.name.empty() && type.is(Kind::Structure)) {
     aggregate(expression, type);
     return;
   }
@@ -113,7 +112,7 @@ Type ExpressionCompiler::place(const Expression& expression) {
 }
 
 Type ExpressionCompiler::name(const Expression& expression) {
-  const Symbol symbol = scope_.variable(expression.token.text);
+  const Symbol symbol = scope_.variable(expression.name);
   const Op op = symbol.storage == Storage::Local    ? Op::Local
                 : symbol.storage == Storage::Global ? Op::Global
                                                     : Op::System;
@@ -144,10 +143,10 @@ Type ExpressionCompiler::element(const Expression& expression) {
 
 Type ExpressionCompiler::component(const Expression& expression) {
   const Type type = place(expression.parts[0]);
-  if (!type.is(Kind::Structure)) scope_.fail(type_name(type) + " has no component " + expression.token.text);
+  if (!type.is(Kind::Structure)) scope_.fail(type_name(type) + " has no component " + expression.name);
   const Structure& structure = scope_.types().structure(type);
-  const auto index = structure.find(expression.token.text);
-  if (!index) scope_.fail(structure.name + " has no component " + expression.token.text);
+  const auto index = structure.find(expression.name);
+  if (!index) scope_.fail(structure.name + " has no component " + expression.name);
   scope_.emit(Op::Field, static_cast<std::size_t>(*index));
   return structure.fields[static_cast<std::size_t>(*index)].type;
 }
@@ -163,14 +162,15 @@ Type ExpressionCompiler::variable_value(const Expression& expression) {
 Type ExpressionCompiler::constant(const Token& token) {
   switch (token.kind) {
     case TokenKind::Integer:
-      scope_.push(token.integer);
+    case TokenKind::Coded:
+      scope_.push(integer_of(token));
       return {Kind::Int};
     case TokenKind::Real:
-      scope_.push(token.real);
+      scope_.push(*token.number());
       return {Kind::Real};
     case TokenKind::Text:
-      scope_.push(token.text);
-      return {Kind::Char, -1, {static_cast<int>(token.text.size())}};
+      scope_.push(token.word());
+      return {Kind::Char, -1, {static_cast<int>(token.word().size())}};
     default:
       scope_.push(token.is("TRUE"));
       return {Kind::Bool};
@@ -179,7 +179,7 @@ Type ExpressionCompiler::constant(const Token& token) {
 
 Type ExpressionCompiler::unary(const Expression& expression) {
   const Type type = value(expression.parts[0]);
-  const std::string& symbol = expression.token.text;
+  const std::string& symbol = expression.name;
   const bool fits = symbol == "NOT"     ? type.is(Kind::Bool)
                     : symbol == "B_NOT" ? type.is(Kind::Int)
                                         : type.is_number();
@@ -189,7 +189,7 @@ Type ExpressionCompiler::unary(const Expression& expression) {
 }
 
 Type ExpressionCompiler::binary(const Expression& expression) {
-  const std::string& symbol = expression.token.text;
+  const std::string& symbol = expression.name;
   if (kComparisonOps.contains(symbol)) return comparison(expression);
   const bool is_geometric = symbol == ":";
   const Type left = is_geometric ? frame(expression.parts[0]) : value(expression.parts[0]);
@@ -217,7 +217,7 @@ Type ExpressionCompiler::binary(const Expression& expression) {
 
 Type ExpressionCompiler::comparison(const Expression& expression) {
   const Expression &left = expression.parts[0], &right = expression.parts[1];
-  const std::string& symbol = expression.token.text;
+  const std::string& symbol = expression.name;
   const bool is_equality = symbol == "==" || symbol == "<>";
   // The enumeration of a constant is that of the other side; equality does not mind the order.
   if (is_equality && needs_other_side(left) && !needs_other_side(right)) {
@@ -246,7 +246,7 @@ Type ExpressionCompiler::aggregate(const Expression& expression, const Type& typ
   const Structure structure = scope_.types().structure(type);
   std::vector<int> shape;
   for (std::size_t i = 0; i < expression.names.size(); ++i) {
-    const std::string& field = expression.names[i];
+    const std::string field = expression.names[i].word();
     const auto index = structure.find(field);
     if (!index) scope_.fail(structure.name + " has no component " + field);
     if (std::ranges::count(shape, *index) > 0) scope_.fail(field + " is given twice");
@@ -260,18 +260,17 @@ Type ExpressionCompiler::aggregate(const Expression& expression, const Type& typ
 }
 
 Type ExpressionCompiler::frame(const Expression& expression) {
-  if (expression.kind != ExpressionKind::Aggregate || !expression.token.text.empty())
-    return value(expression);
-  const bool has_status = std::ranges::any_of(
-      expression.names, [](const std::string& name) { return name == "S" || name == "T"; });
+  if (expression.kind != ExpressionKind::Aggregate || !expression.name.empty()) return value(expression);
+  const bool has_status = std::ranges::any_of(expression.names, [](const Token& name) {
+    return name.is_any_of({"S", "T"});
+  });
   return aggregate(expression, *scope_.types().find(has_status ? "POS" : "FRAME"));
 }
 
 Type ExpressionCompiler::target(const Expression& expression) {
   Type type;
-  if (expression.kind == ExpressionKind::Aggregate && expression.token.text.empty()) {
-    static constexpr std::array<std::string_view, 6> kAxes = {"A1", "A2", "A3", "A4", "A5", "A6"};
-    const bool names_axes = std::ranges::find(kAxes, expression.names[0]) != kAxes.end();
+  if (expression.kind == ExpressionKind::Aggregate && expression.name.empty()) {
+    const bool names_axes = expression.names[0].is_any_of({"A1", "A2", "A3", "A4", "A5", "A6"});
     type = aggregate(expression, *scope_.types().find(names_axes ? "E6AXIS" : "E6POS"));
   } else {
     type = value(expression);
@@ -281,20 +280,16 @@ Type ExpressionCompiler::target(const Expression& expression) {
 }
 
 void ExpressionCompiler::assign(const Expression& target, const Expression& source) {
-  const Expression* root = &target;
-  while (root->kind != ExpressionKind::Name) root = &root->parts[0];
-  if (scope_.variable(root->token.text).is_constant)
-    scope_.fail(root->token.text + " is constant and cannot be set");
+  const std::string& name = target.root().name;
+  if (scope_.variable(name).is_constant) scope_.fail(name + " is constant and cannot be set");
   initialise(target, source);
 }
 
 void ExpressionCompiler::initialise(const Expression& target, const Expression& source) {
-  const Expression* root = &target;
-  while (root->kind != ExpressionKind::Name) root = &root->parts[0];
   const Type type = place(target);
   if (type.is_array() && target.kind != ExpressionKind::Whole)
     scope_.fail("an array as a whole is written with []");
-  value_as(source, type, "the variable " + root->token.text);
+  value_as(source, type, "the variable " + target.root().name);
   scope_.emit(Op::Store);
 }
 
@@ -309,7 +304,7 @@ bool ExpressionCompiler::is_axes(const Type& type) const {
 }
 
 void ExpressionCompiler::out_argument(const Expression& argument, const Type& type, const std::string& what) {
-  if (!is_variable(argument)) scope_.fail(what + " is OUT and needs a variable");
+  if (!argument.is_variable()) scope_.fail(what + " is OUT and needs a variable");
   const Type given = place(argument);
   if (given.is_array() && argument.kind != ExpressionKind::Whole)
     scope_.fail("an array as a whole is written with []");

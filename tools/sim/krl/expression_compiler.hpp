@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "tools/sim/krl/expression.hpp"
 #include "tools/sim/krl/scope.hpp"
+#include "tools/sim/krl/statement_reader.hpp"
 
 namespace truepose::sim::krl {
 

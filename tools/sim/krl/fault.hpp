@@ -4,7 +4,8 @@
 
 namespace truepose::sim::krl {
 
-/// A variable has no value, an interrupt is not declared. Source: KUKA's bas.src and tm_bib.src compare with them.
+/// A variable has no value, an interrupt is not declared. Source: KUKA's bas.src and tm_bib.src compare with
+/// them.
 inline constexpr int kNoValueError = 1422, kNoInterruptError = 1430;
 
 /// What is wrong with a KRL text or with its run, and where. Thrown inside of the interpreter, since nearly

@@ -46,9 +46,8 @@ class Loader {
     for (const DataList& list : lists_) collect_types(list, symbols_);
     std::vector<Body> bodies;
     for (const ProgramFile& file : files_)
-      std::ranges::move(
-          scan_routines(file.name, file.statements, file.module, file.is_partial, symbols_),
-          std::back_inserter(bodies));
+      std::ranges::move(scan_routines(file.name, file.statements, file.module, file.is_partial, symbols_),
+                        std::back_inserter(bodies));
     for (const DataList& list : lists_) compile_data(list, symbols_, environment_.pass_advance_run);
     symbols_.program.code.push_back({Op::Done});
     for (const Body& body : bodies) BodyCompiler(body, symbols_).compile();
@@ -59,7 +58,7 @@ class Loader {
  private:
   void declare(const std::string& name, std::string_view text) {
     const DataList list{.name = name,
-                        .statements = cut_into_statements(name, text),
+                        .statements = statements_of(name, text),
                         .module = symbols_.module_of("$" + name),
                         .file = symbols_.add_file(name),
                         .is_environment = true,
@@ -80,7 +79,7 @@ class Loader {
 
   void sort_in(const Source& source, const FileName& name) {
     const int module = symbols_.module_of(name.module);
-    std::vector<Statement> statements = cut_into_statements(source.file, source.text);
+    std::vector<Statement> statements = statements_of(source.file, source.text);
     if (name.extension == ".DAT") {
       lists_.push_back({.name = source.file,
                         .statements = std::move(statements),

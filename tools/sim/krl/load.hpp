@@ -15,8 +15,8 @@ namespace truepose::sim::krl {
 struct Source {
   std::string file;
   std::string text;
-  /// A statement that is not known stops the program where it comes to it, and a declaration that is not known
-  /// declares nothing. Else it keeps everything from being loaded.
+  /// A statement that is not known stops the program where it comes to it, and a declaration that is not
+  /// known declares nothing. Else it keeps everything from being loaded.
   bool is_partial = false;
 };
 

@@ -24,58 +24,46 @@ const std::map<std::string_view, InterruptSwitch> kSwitches = {{"ON", InterruptS
 }  // namespace
 
 void BodyCompiler::compile_motion(TokenReader& reader) {
-  const bool is_spline = reader.peek().text.starts_with('S');
-  MotionShape motion = read_motion(reader);
+  const bool is_spline = reader.peek().word().starts_with('S');
+  MotionShape motion = motion_shape(reader);
   motion.approximation = read_approximation(reader, is_spline);
   reader.expect_end();
   symbols_.program.motions.push_back(std::move(motion));
   scope_.emit(Op::Move, symbols_.program.motions.size() - 1);
 }
 
-MotionShape BodyCompiler::read_motion(TokenReader& reader) {
+MotionShape BodyCompiler::motion_shape(TokenReader& reader) {
   if (body_.is_submit) reader.fail("a submit program must not move the arm");
-  const Token word = reader.take();
-  MotionShape motion{.kind = kMotions.at(word.text)};
-  read_target(reader, word.text, motion);
-  if (word.text.starts_with('S')) {
-    const std::vector<Setting> settings = read_with(reader);
-    emit_settings(settings);
-    motion.settings = settings.size();
-  }
-  return motion;
+  const truepose::krl::Motion motion = read_motion(reader);
+  if (motion.targets.empty()) reader.fail("a value is expected");
+  if (motion.targets.size() < motion.target_count()) reader.expect(",");
+  MotionShape shape{.kind = kMotions.at(motion.word),
+                    .has_angle = motion.angle.has_value(),
+                    .settings = motion.settings.size(),
+                    .is_in_tool = motion.frame == "TOOL"};
+  compile_targets(motion, shape);
+  if (motion.angle) expressions_.value_as(*motion.angle, {Kind::Real}, "the angle CA");
+  emit_settings(motion.settings);
+  return shape;
 }
 
-void BodyCompiler::read_target(TokenReader& reader, const std::string& word, MotionShape& motion) {
-  if (motion.kind == MotionKind::Circ) {
-    motion.via = expressions_.target(read_expression(reader));
-    reader.expect(",");
-  }
-  motion.target = expressions_.target(read_expression(reader));
+void BodyCompiler::compile_targets(const truepose::krl::Motion& motion, MotionShape& shape) {
+  const bool is_arc = shape.kind == MotionKind::Circ;
+  if (is_arc) shape.via = expressions_.target(motion.targets[0]);
+  shape.target = expressions_.target(motion.targets.back());
   const auto is_axes = [&](const Type& type) {
     return scope_.types().structure(type).find("A1").has_value();
   };
-  const bool is_on_path = motion.kind != MotionKind::Ptp && motion.kind != MotionKind::PtpRel;
-  const bool goes_by_axes =
-      is_axes(motion.target) || (motion.kind == MotionKind::Circ && is_axes(motion.via));
-  if (is_on_path && goes_by_axes) scope_.fail(word + " goes to a position or frame, not to axes");
-  if ((motion.kind == MotionKind::PtpRel || motion.kind == MotionKind::LinRel) &&
-      reader.peek().kind == TokenKind::Literal) {
-    const std::string frame = reader.take().text;
-    if (frame != "TOOL" && frame != "BASE") reader.fail("#BASE or #TOOL is expected instead of #" + frame);
-    motion.is_in_tool = frame == "TOOL";
-  }
-  if (motion.kind == MotionKind::Circ && reader.take_if(",")) {
-    reader.expect("CA");
-    expressions_.value_as(read_expression(reader), {Kind::Real}, "the angle CA");
-    motion.has_angle = true;
-  }
+  const bool is_on_path = shape.kind != MotionKind::Ptp && shape.kind != MotionKind::PtpRel;
+  const bool goes_by_axes = is_axes(shape.target) || (is_arc && is_axes(shape.via));
+  if (is_on_path && goes_by_axes) scope_.fail(motion.word + " goes to a position or frame, not to axes");
 }
 
 Approximation BodyCompiler::read_approximation(TokenReader& reader, bool is_spline) {
   if (is_spline && reader.take_if("C_SPL")) return Approximation::Spl;
   Approximation first = Approximation::None;
   for (int i = 0; i < 2 && !reader.at_end(); ++i) {
-    const auto approximation = kApproximations.find(reader.peek().text);
+    const auto approximation = kApproximations.find(reader.peek().word());
     if (approximation == kApproximations.end()) break;
     reader.take();
     // PTP ... C_PTP C_DIS: the second is for the change to a path, with which the first begins.
@@ -107,7 +95,7 @@ void BodyCompiler::compile_interrupt(TokenReader& reader) {
   const bool is_global = reader.take_if("GLOBAL");
   reader.expect("INTERRUPT");
   if (reader.take_if("DECL")) return declare_interrupt(reader, is_global);
-  const auto kind = kSwitches.find(reader.peek().text);
+  const auto kind = kSwitches.find(reader.peek().word());
   if (is_global || kind == kSwitches.end()) reader.fail("DECL, ON, OFF, ENABLE or DISABLE is expected");
   reader.take();
   const bool has_number = !reader.at_end();
@@ -135,8 +123,7 @@ void BodyCompiler::declare_interrupt(TokenReader& reader, bool is_global) {
 }
 
 void BodyCompiler::call_beside(TokenReader& reader) {
-  const Token name = reader.take();
-  const Expression call = read_call(reader, name);
+  const Expression call = read_call(reader);
   const std::vector<LocalName> locals = std::exchange(scope_.locals, {});
   expressions_.call_statement(call);
   if (!scope_.locals.empty()) scope_.fail("a call here leaves out no parameter that is OUT");

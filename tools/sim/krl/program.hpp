@@ -189,7 +189,7 @@ struct Program {
   std::vector<External> externals;
   std::vector<Variable> globals;
   std::vector<Variable> systems;
-  std::vector<Fault> refusals;  ///< of partial sources: what is not known of them
+  std::vector<Fault> refusals;     ///< of partial sources: what is not known of them
   std::size_t initial_values = 0;  ///< code that sets the module data
 
   /// @param name  in capitals. @return the first of that name in any module, one that is global before others

@@ -30,45 +30,46 @@ void BodyCompiler::compile_spline(TokenReader& reader) {
 void BodyCompiler::compile_block(TokenReader& reader) {
   const Statement& opened = body_.statements[at_ - 1];
   const Token word = reader.take();
-  const std::vector<Setting> settings = read_with(reader);
+  const std::vector<Assignment> settings = read_settings(reader);
   reader.expect_end();
   MotionShape block{.kind = word.is("SPLINE") ? MotionKind::Spline : MotionKind::PtpSpline,
                     .settings = settings.size()};
   block.segments = segments(block.kind, opened);
-  TokenReader end(body_.file, body_.statements[at_++]);
+  StatementReader end(body_.file, body_.statements[at_++]);
   end.expect("ENDSPLINE");
   block.approximation = read_approximation(end, true);
   end.expect_end();
-  scope_.line = opened.line;
+  scope_.line = opened[0].line;
   emit_settings(settings);
   symbols_.program.motions.push_back(std::move(block));
   scope_.emit(Op::Move, symbols_.program.motions.size() - 1);
 }
 
 std::vector<MotionShape> BodyCompiler::segments(MotionKind block, const Statement& opened) {
-  const std::string takes = block == MotionKind::Spline ? "SPLINE takes SPL, SLIN, SCIRC, TRIGGER and TIME_BLOCK"
-                                                        : "PTP_SPLINE takes SPTP and TRIGGER";
+  const std::string takes = block == MotionKind::Spline
+                                ? "SPLINE takes SPL, SLIN, SCIRC, TRIGGER and TIME_BLOCK"
+                                : "PTP_SPLINE takes SPTP and TRIGGER";
   std::vector<MotionShape> segments;
   std::vector<TriggerShape> triggers;
   while (!next_begins_with("ENDSPLINE")) {
-    if (at_end()) throw Fault{body_.file, opened.line, "ENDSPLINE is missing"};
+    if (at_end()) throw Fault{body_.file, opened[0].line, "ENDSPLINE is missing"};
     const Statement& statement = body_.statements[at_++];
-    scope_.line = statement.line;
-    TokenReader reader(body_.file, statement);
+    scope_.line = statement[0].line;
+    StatementReader reader(body_.file, statement);
     if (reader.next_is("TRIGGER")) {
       triggers.push_back(read_trigger(reader, true));
     } else if (reader.next_is("TIME_BLOCK") && block == MotionKind::Spline) {
       read_time(reader, segments);
-    } else if (belongs(reader.peek().text, block)) {
-      segments.push_back(read_motion(reader));
+    } else if (belongs(reader.peek().word(), block)) {
+      segments.push_back(motion_shape(reader));
       segments.back().triggers = std::exchange(triggers, {});
     } else {
-      reader.fail(takes + ", not " + reader.peek().text);
+      reader.fail(takes + ", not " + reader.peek().word());
     }
     reader.expect_end();
   }
   if (segments.empty() || !triggers.empty())
-    throw Fault{body_.file, body_.statements[at_].line, "a segment is expected before ENDSPLINE"};
+    throw Fault{body_.file, body_.statements[at_][0].line, "a segment is expected before ENDSPLINE"};
   return segments;
 }
 
@@ -86,28 +87,15 @@ void BodyCompiler::read_time(TokenReader& reader, std::vector<MotionShape>& segm
   ends = true;
 }
 
-std::vector<BodyCompiler::Setting> BodyCompiler::read_with(TokenReader& reader) {
-  std::vector<Setting> settings;
-  if (!reader.take_if("WITH")) return settings;
-  do {
-    Setting setting{.variable = read_variable(reader), .value = {}};
-    reader.expect("=");
-    setting.value = read_expression(reader);
-    settings.push_back(std::move(setting));
-  } while (reader.take_if(","));
-  return settings;
-}
-
-void BodyCompiler::emit_settings(const std::vector<Setting>& settings) {
+void BodyCompiler::emit_settings(const std::vector<Assignment>& settings) {
   for (const auto& [variable, value] : settings) {
-    const Expression* root = &variable;
-    while (root->kind != ExpressionKind::Name) root = &root->parts[0];
-    const Symbol symbol = scope_.variable(root->token.text);
+    const std::string& name = variable.root().name;
+    const Symbol symbol = scope_.variable(name);
     if (symbol.storage != Storage::System || !symbol.passes_advance_run || symbol.is_constant)
-      scope_.fail("WITH sets what motions take with them, such as $VEL.CP, not " + root->token.text);
+      scope_.fail("WITH sets what motions take with them, such as $VEL.CP, not " + name);
     const Type type = expressions_.place(variable);
-    if (type.is_array()) scope_.fail("WITH sets one element of " + root->token.text);
-    expressions_.value_as(value, type, "the variable " + root->token.text);
+    if (type.is_array()) scope_.fail("WITH sets one element of " + name);
+    expressions_.value_as(value, type, "the variable " + name);
   }
 }
 

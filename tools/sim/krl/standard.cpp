@@ -7,10 +7,9 @@ namespace truepose::sim::krl {
 namespace {
 
 constexpr std::array<std::string_view, 21> kTakenByMotions = {
-    "$ADVANCE", "$VEL",  "$ACC",  "$VEL_AXIS", "$ACC_AXIS",  "$VEL_EXTAX", "$ACC_EXTAX",
-    "$APO",     "$TOOL", "$BASE", "$ORI_TYPE", "$CIRC_TYPE", "$IPO_MODE",  "$LOAD",
-    "$CIRC_MODE", "$GEAR_JERK", "$JERK", "$WORLD", "$COLLMON_TOL_PRO",
-    "$ACT_TOOL", "$ACT_BASE"};
+    "$ADVANCE",   "$VEL",       "$ACC",  "$VEL_AXIS", "$ACC_AXIS",        "$VEL_EXTAX", "$ACC_EXTAX",
+    "$APO",       "$TOOL",      "$BASE", "$ORI_TYPE", "$CIRC_TYPE",       "$IPO_MODE",  "$LOAD",
+    "$CIRC_MODE", "$GEAR_JERK", "$JERK", "$WORLD",    "$COLLMON_TOL_PRO", "$ACT_TOOL",  "$ACT_BASE"};
 
 }  // namespace
 

@@ -10,8 +10,7 @@ void BodyCompiler::compile_pulse(TokenReader& reader) {
 
 /// PULSE($OUT[1],TRUE,0.5): a signal, its level, and for how many seconds.
 void BodyCompiler::read_pulse(TokenReader& reader) {
-  const Token name = reader.take();
-  const Expression pulse = read_call(reader, name);
+  const Expression pulse = read_call(reader);
   if (pulse.parts.size() != 3) reader.fail("PULSE takes an output, its level and a time in seconds");
   if (!expressions_.place(pulse.parts[0]).is(Kind::Bool)) reader.fail("PULSE takes an output, a BOOL");
   expressions_.value_as(pulse.parts[1], {Kind::Bool}, "the level of PULSE");

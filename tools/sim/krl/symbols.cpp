@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace truepose::sim::krl {
 namespace {
@@ -150,51 +151,25 @@ void Symbols::check_new_name(const std::string& name, const TokenReader& reader)
     reader.fail(name + " has more than " + std::to_string(kLongestName) + " characters");
 }
 
-void read_sizes(TokenReader& reader, const Types& types, Type& type) {
-  if (!reader.take_if("[")) return;
-  if (reader.next_is("]") || reader.next_is(",")) {
-    do type.sizes.push_back(0);
-    while (reader.take_if(","));
-  } else {
-    do {
-      const Token size = reader.take();
-      if (size.kind != TokenKind::Integer || size.integer < 1)
-        reader.fail("the size of an array is a whole number from 1");
-      type.sizes.push_back(size.integer);
-    } while (reader.take_if(","));
-    if (type.sizes.size() > 3) reader.fail("an array has three dimensions at most");
-  }
-  reader.expect("]");
-  if (types.size(type, kLargestVariable) > kLargestVariable) reader.fail("the variable is too large");
-}
-
 bool begins_declaration(const TokenReader& reader, const Types& types) {
   if (reader.next_is("DECL")) return true;
   std::size_t ahead = 0;
   while (reader.peek(ahead).is("GLOBAL") || reader.peek(ahead).is("CONST")) ++ahead;
   const bool is_type =
-      reader.peek(ahead).kind == TokenKind::Name && types.find(reader.peek(ahead).text).has_value();
+      reader.peek(ahead).kind == TokenKind::Name && types.find(reader.peek(ahead).word()).has_value();
   return is_type && reader.peek(ahead + 1).kind == TokenKind::Name;
 }
 
-Attributes read_attributes(TokenReader& reader) {
-  Attributes attributes;
-  while (true) {
-    if (reader.take_if("GLOBAL")) {
-      attributes.is_global = true;
-    } else if (reader.take_if("CONST")) {
-      attributes.is_constant = true;
-    } else if (!reader.take_if("DECL")) {
-      return attributes;
-    }
-  }
+Type type_of(const Token& name, const TokenReader& reader, const Types& types) {
+  const auto type = name.kind == TokenKind::Name ? types.find(name.word()) : std::nullopt;
+  if (!type) reader.fail("the type " + name.word() + " is not known");
+  return *type;
 }
 
-Type read_type(TokenReader& reader, const Types& types) {
-  const auto type = reader.peek().kind == TokenKind::Name ? types.find(reader.peek().text) : std::nullopt;
-  if (!type) reader.fail("the type " + reader.peek().text + " is not known");
-  reader.take();
-  return *type;
+Type sized(Type type, std::vector<int> sizes, const TokenReader& reader, const Types& types) {
+  type.sizes = std::move(sizes);
+  if (types.size(type, kLargestVariable) > kLargestVariable) reader.fail("the variable is too large");
+  return type;
 }
 
 }  // namespace truepose::sim::krl

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tools/sim/krl/program.hpp"
-#include "tools/sim/krl/token_reader.hpp"
+#include "tools/sim/krl/statement_reader.hpp"
 
 namespace truepose::sim::krl {
 
@@ -40,9 +40,7 @@ class Symbols {
   /// @param name  of a file without its extension, in capitals
   int module_of(const std::string& name);
   /// What was added so far is the environment's.
-  void end_environment() {
-    environment_globals_ = program.globals.size();
-  }
+  void end_environment() { environment_globals_ = program.globals.size(); }
   bool is_environments(const Symbol& symbol) const {
     return symbol.storage == Storage::Global && symbol.slot < environment_globals_;
   }
@@ -80,21 +78,14 @@ class Symbols {
   std::unordered_map<std::string, Fault> refused_;               // by name
 };
 
-/// Reads the sizes behind a declared name: [3,4], [] or none. Errors: a size below 1 or a variable too great.
-void read_sizes(TokenReader& reader, const Types& types, Type& type);
-
 /// Whether a declaration begins here: DECL, GLOBAL INT, INT X, E6POS P. `GLOBAL DEF` and `GLOBAL INTERRUPT`
 /// are none.
 bool begins_declaration(const TokenReader& reader, const Types& types);
 
-/// What DECL, GLOBAL and CONST say before the type.
-struct Attributes {
-  bool is_global = false;
-  bool is_constant = false;
-};
-Attributes read_attributes(TokenReader& reader);
+/// The type that a name says. Errors: it is not known.
+Type type_of(const Token& name, const TokenReader& reader, const Types& types);
 
-/// Reads the name of a type. Errors: it is not known.
-Type read_type(TokenReader& reader, const Types& types);
+/// The array of it. Errors: the variable is too large.
+Type sized(Type type, std::vector<int> sizes, const TokenReader& reader, const Types& types);
 
 }  // namespace truepose::sim::krl

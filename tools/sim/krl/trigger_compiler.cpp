@@ -36,9 +36,8 @@ void BodyCompiler::set_beside(TokenReader& reader) {
   if (reader.next_is("PULSE")) {
     read_pulse(reader);
   } else {
-    const Expression variable = read_variable(reader);
-    reader.expect("=");
-    expressions_.assign(variable, read_expression(reader));
+    const Assignment assignment = read_assignment(reader);
+    expressions_.assign(assignment.variable, assignment.value);
   }
   scope_.aside = {};
   scope_.emit(Op::Return);
@@ -55,10 +54,9 @@ void BodyCompiler::read_switching_point(TokenReader& reader, bool in_spline, Tri
   if (in_spline) reader.fail("in a spline block PATH is expected");
   if (!reader.take_if("DISTANCE")) reader.fail("DISTANCE or PATH is expected");
   reader.expect("=");
-  const Token end = reader.take();
-  if (end.kind != TokenKind::Integer || end.integer < 0 || end.integer > 1)
-    reader.fail("DISTANCE is 0, the start of the motion, or 1, its end");
-  trigger.from_start = end.integer == 0;
+  const std::string end = reader.take().word();
+  if (end != "0" && end != "1") reader.fail("DISTANCE is 0, the start of the motion, or 1, its end");
+  trigger.from_start = end == "0";
   scope_.push(0.0);
 }
 

@@ -64,7 +64,9 @@ class Types {
   void add(Enumeration enumeration) { enumerations_.push_back(std::move(enumeration)); }
   /// Whether this very type is known.
   bool has(const Structure& structure) const { return std::ranges::count(structures_, structure) > 0; }
-  bool has(const Enumeration& enumeration) const { return std::ranges::count(enumerations_, enumeration) > 0; }
+  bool has(const Enumeration& enumeration) const {
+    return std::ranges::count(enumerations_, enumeration) > 0;
+  }
 
   /// @param name  in capitals
   std::optional<Type> find(std::string_view name) const;

@@ -354,8 +354,7 @@ class Compensator {
       if (offset.numbers[i]) {
         edits.push_back({old.begin, old.end, krl::number_text(value)});
       } else {
-        more += (offset.is_empty && more.empty() ? "" : ",") + std::string(names[i]) + " " +
-                krl::number_text(value);
+        more += "," + std::string(names[i]) + " " + krl::number_text(value);
       }
     }
     if (!more.empty()) edits.push_back({offset.closed_at, offset.closed_at, more});

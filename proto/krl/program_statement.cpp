@@ -1,0 +1,162 @@
+#include "proto/krl/program_statement.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace truepose::krl {
+namespace {
+
+/// More than any of KUKA's structures has; what is longer is no aggregate.
+constexpr std::size_t kMostComponents = 256;
+
+/// What a reader makes of tokens, or nothing where they are something else.
+template <typename Read>
+auto read_if(Tokens tokens, Read read) -> std::optional<decltype(read(std::declval<TokenReader&>()))> {
+  if (tokens.empty()) return std::nullopt;
+  try {
+    TokenReader reader(tokens);
+    return read(reader);
+  } catch (const Fault&) {
+    return std::nullopt;
+  }
+}
+
+void check_closed(Tokens tokens) {
+  std::vector<std::size_t> open;
+  for (const Token& token : tokens) {
+    if (token.is("{")) open.push_back(token.at);
+    if (token.is("}") && !open.empty()) open.pop_back();
+  }
+  if (!open.empty()) throw Fault{open[0], "a brace that is not closed; close it in the same statement"};
+}
+
+void check_component(const Expression& aggregate, std::size_t i) {
+  const Token& name = aggregate.names[i];
+  if (aggregate.find(name.word()) != &aggregate.parts[i])
+    throw Fault{name.at, "component " + std::string(name.text) + " is given twice; remove one"};
+  const Expression& value = aggregate.parts[i];
+  const Token& digits = (value.kind == ExpressionKind::Unary ? value.parts[0] : value).token;
+  const bool is_number = digits.kind == TokenKind::Integer || digits.kind == TokenKind::Real;
+  if (is_number && !digits.number())
+    throw Fault{digits.at, "a number out of range; give one that KRL can hold"};
+}
+
+/// Looks at the aggregates of an expression.
+void check(const Expression& expression) {
+  if (expression.names.size() > kMostComponents)
+    throw Fault{expression.names[kMostComponents].at, "too many components; give at most 256"};
+  for (std::size_t i = 0; i < expression.names.size(); ++i) check_component(expression, i);
+  for (const Expression& part : expression.parts) check(part);
+}
+
+void check(const std::vector<Assignment>& settings) {
+  for (const Assignment& setting : settings) check(setting.value);
+}
+
+Tokens action_of(Tokens statement) {
+  const bool is_global = statement.size() > 1 && statement[0].is("GLOBAL");
+  if (!statement[is_global ? 1 : 0].is_any_of({"TRIGGER", "INTERRUPT"})) return statement;
+  const auto found = std::ranges::find_if(statement, [](const Token& token) { return token.is("DO"); });
+  return found == statement.end() ? Tokens{} : Tokens(found + 1, statement.end());
+}
+
+/// Of POS, E6POS, AXIS, E6AXIS, FRAME and FDAT: what is declared of them says where the arm goes.
+std::optional<Declaration> declaration_in(Tokens statement) {
+  const auto type = std::ranges::find_if_not(statement, [](const Token& token) {
+    return token.is_any_of({"DECL", "GLOBAL", "CONST"});
+  });
+  if (type == statement.end() || type + 1 == statement.end() || type[1].kind != TokenKind::Name)
+    return std::nullopt;
+  if (!type->is_any_of({"E6POS", "POS", "E6AXIS", "AXIS", "FRAME", "FDAT"})) return std::nullopt;
+  Declaration declaration;
+  read_if(statement, [&](TokenReader& reader) {
+    read_declaration(reader, declaration);
+    return true;
+  });
+  for (const Declaration::Name& name : declaration.names) {
+    if (name.value) check(*name.value);
+  }
+  return declaration;
+}
+
+Assignment read_change(TokenReader& reader) {
+  Assignment change{.variable = read_variable(reader), .value = {}};
+  reader.expect("=");
+  change.value = {.kind = ExpressionKind::Omitted, .token = change.variable.token};
+  const auto read_whole = [](TokenReader& rest) {
+    Expression whole = read_expression(rest);
+    rest.expect_end();
+    return whole;
+  };
+  if (auto value = read_if(reader.rest(), read_whole)) change.value = *std::move(value);
+  return change;
+}
+
+std::optional<Assignment> assignment_in(Tokens action) {
+  auto change = read_if(action, read_change);
+  if (change) check(change->value);
+  return change;
+}
+
+std::optional<Motion> motion_in(Tokens statement) {
+  auto motion = read_if(statement, read_motion);
+  if (!motion) return motion;
+  std::ranges::for_each(motion->targets, [](const Expression& target) { check(target); });
+  check(motion->settings);
+  return motion;
+}
+
+void read_parts(ProgramStatement& statement) {
+  const Tokens action = statement.action;
+  for (std::size_t i = 0; i + 1 < action.size(); ++i) {
+    if (action[i].kind != TokenKind::Name) continue;
+    if (action[i + 1].is("(")) {
+      if (auto call = read_if(action.subspan(i), read_call)) statement.calls.push_back(*std::move(call));
+    } else if (action[i + 1].is("[")) {
+      if (auto element = read_if(action.subspan(i), read_variable))
+        statement.elements.push_back(*std::move(element));
+    }
+  }
+}
+
+void read_forms(ProgramStatement& statement) {
+  const Tokens tokens = statement.tokens;
+  check_closed(tokens);
+  statement.action = action_of(tokens);
+  statement.declaration = declaration_in(tokens);
+  statement.assignment = assignment_in(statement.action);
+  // A variable may be called like a motion.
+  if (!statement.assignment && is_motion(tokens[0])) statement.motion = motion_in(tokens);
+  if (tokens[0].is_any_of({"SPLINE", "PTP_SPLINE"})) {
+    statement.settings = read_if(tokens.subspan(1), read_settings).value_or(std::vector<Assignment>{});
+    check(statement.settings);
+  }
+  read_parts(statement);
+}
+
+}  // namespace
+
+const Expression* ProgramStatement::bas() const {
+  return !calls.empty() && calls[0].name == "BAS" && calls[0].token.at == action[0].at ? &calls[0] : nullptr;
+}
+
+std::expected<std::vector<ProgramStatement>, Fault> read_statements(std::string_view text) {
+  auto cut = cut_into_statements(text);
+  if (!cut) return std::unexpected(cut.error());
+  std::vector<ProgramStatement> statements(cut->size());
+  std::size_t routine = 0;
+  try {
+    for (std::size_t i = 0; i < cut->size(); ++i) {
+      ProgramStatement& statement = statements[i];
+      statement.tokens = std::move((*cut)[i]);
+      statement.is_head = begins_routine(statement.tokens);
+      statement.routine = routine += statement.is_head ? 1 : 0;
+      read_forms(statement);
+    }
+  } catch (const Fault& fault) {
+    return std::unexpected(fault);
+  }
+  return statements;
+}
+
+}  // namespace truepose::krl
