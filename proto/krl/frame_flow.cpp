@@ -9,40 +9,21 @@
 namespace truepose::krl {
 namespace {
 
-/// A statement that may set a frame, or from which or to which the program jumps.
-struct Entry {
-  std::size_t routine = 0, at = 0;
-  bool is_interrupt = false;
-  FrameSettings in_order, later;   ///< by the statement itself, and by what it carries out later
-  std::vector<std::string> calls;  ///< these and the following names in capitals
-  std::string label, jumps_to;
-};
-
 bool declares_interrupt(Tokens statement) {
   if (statement[0].is("GLOBAL")) statement = statement.subspan(1);
   return statement.size() > 1 && statement[0].is("INTERRUPT") && statement[1].is("DECL");
 }
 
-Entry entry_of(const ProgramStatement& statement, std::size_t file) {
-  const Tokens tokens = statement.tokens;
-  Entry entry{.routine = statement.routine, .at = tokens[0].at, .is_interrupt = declares_interrupt(tokens)};
-  (statement.is_later() ? entry.later : entry.in_order) = settings_of(statement, file);
-  for (const Expression& call : statement.calls) {
-    if (call.name != "BAS") entry.calls.push_back(call.name);
-  }
-  if (tokens.size() == 2 && tokens[0].kind == TokenKind::Name) {
-    if (tokens[1].is(":")) entry.label = tokens[0].word();
-    if (tokens[0].is("GOTO")) entry.jumps_to = tokens[1].word();
-  }
-  return entry;
+std::string label_of(Tokens statement) {
+  const bool is_label = statement.size() == 2 && statement[0].kind == TokenKind::Name && statement[1].is(":");
+  return is_label ? statement[0].word() : "";
 }
 
-bool matters(const Entry& entry) {
-  return entry.in_order || entry.later || !entry.calls.empty() || !entry.label.empty() ||
-         !entry.jumps_to.empty();
+std::string jump_of(Tokens statement) {
+  return statement.size() == 2 && statement[0].is("GOTO") ? statement[1].word() : "";
 }
 
-/// What a text has of such statements, and what its routines set.
+/// What the statements of a text set out of its order, and what its routines set.
 class Flow {
  public:
   Flow(Statements statements, std::size_t file, const RoutineSettings& others);
@@ -58,24 +39,25 @@ class Flow {
   };
 
   void settle_routines();
-  FrameSettings by_calls(const Entry& entry) const;
+  FrameSettings by_calls(const ProgramStatement& statement) const;
+  /// By itself or by what it calls, at once or later.
+  FrameSettings set_by(const ProgramStatement& statement) const;
   std::vector<Stretch> stretches() const;
   FrameSettings within(const Stretch& stretch) const;
 
+  Statements statements_;
+  std::size_t file_;
   const RoutineSettings& others_;
-  std::vector<Entry> entries_;  // in the order of the text
   std::map<std::string, std::size_t> routine_of_;
   std::vector<FrameSettings> set_by_{1};  // by routine, the first: what stands before any
 };
 
-Flow::Flow(Statements statements, std::size_t file, const RoutineSettings& others) : others_{others} {
-  for (const ProgramStatement& statement : statements) {
-    if (statement.is_head) {
-      if (!statement.calls.empty()) routine_of_.emplace(statement.calls[0].name, set_by_.size());
-      set_by_.emplace_back();
-    } else if (Entry entry = entry_of(statement, file); matters(entry)) {
-      entries_.push_back(std::move(entry));
-    }
+Flow::Flow(Statements statements, std::size_t file, const RoutineSettings& others)
+    : statements_{statements}, file_{file}, others_{others} {
+  for (const ProgramStatement& statement : statements_) {
+    if (!statement.is_head) continue;
+    if (!statement.calls.empty()) routine_of_.emplace(statement.calls[0].name, set_by_.size());
+    set_by_.emplace_back();
   }
   settle_routines();
 }
@@ -84,24 +66,30 @@ Flow::Flow(Statements statements, std::size_t file, const RoutineSettings& other
 void Flow::settle_routines() {
   for (bool is_new = true; is_new;) {
     is_new = false;
-    for (const Entry& entry : entries_) {
-      if (entry.is_interrupt) continue;
-      FrameSettings& set = set_by_[entry.routine];
-      for (const FrameSettings& more : {entry.in_order, entry.later, by_calls(entry)})
-        is_new = set.add(more) || is_new;
+    for (const ProgramStatement& statement : statements_) {
+      if (!declares_interrupt(statement.tokens))
+        is_new = set_by_[statement.routine].add(set_by(statement)) || is_new;
     }
   }
 }
 
-FrameSettings Flow::by_calls(const Entry& entry) const {
+FrameSettings Flow::by_calls(const ProgramStatement& statement) const {
   FrameSettings set;
-  for (const std::string& name : entry.calls) {
-    if (const auto called = routine_of_.find(name); called != routine_of_.end()) {
+  if (statement.is_head) return set;
+  for (const Expression& call : statement.calls) {
+    if (call.name == "BAS") continue;
+    if (const auto called = routine_of_.find(call.name); called != routine_of_.end()) {
       set.add(set_by_[called->second]);
-    } else if (const auto other = others_.find(name); other != others_.end()) {
+    } else if (const auto other = others_.find(call.name); other != others_.end()) {
       set.add(other->second);
     }
   }
+  return set;
+}
+
+FrameSettings Flow::set_by(const ProgramStatement& statement) const {
+  FrameSettings set = settings_of(statement, file_);
+  set.add(by_calls(statement));
   return set;
 }
 
@@ -113,15 +101,17 @@ bool Flow::add_to(RoutineSettings& settings) const {
 
 /// Jumps of a routine that overlap lead into each other, and are one stretch.
 std::vector<Flow::Stretch> Flow::stretches() const {
-  std::map<std::pair<std::size_t, std::string_view>, std::size_t> labels;
-  for (const Entry& entry : entries_)
-    if (!entry.label.empty()) labels.try_emplace({entry.routine, entry.label}, entry.at);
+  std::map<std::pair<std::size_t, std::string>, std::size_t> labels;
+  for (const ProgramStatement& statement : statements_) {
+    if (const std::string label = label_of(statement.tokens); !label.empty())
+      labels.try_emplace({statement.routine, label}, statement.tokens[0].at);
+  }
   std::vector<Stretch> jumps;
-  for (const Entry& from : entries_) {
-    const auto to = labels.find({from.routine, from.jumps_to});
+  for (const ProgramStatement& statement : statements_) {
+    const auto to = labels.find({statement.routine, jump_of(statement.tokens)});
     if (to == labels.end()) continue;
-    const std::size_t label = to->second;
-    jumps.push_back({std::min(from.at, label), std::max(from.at, label), {label}});
+    const std::size_t from = statement.tokens[0].at, label = to->second;
+    jumps.push_back({std::min(from, label), std::max(from, label), {label}});
   }
   std::ranges::sort(jumps, {}, &Stretch::first);
   std::vector<Stretch> merged;
@@ -138,26 +128,20 @@ std::vector<Flow::Stretch> Flow::stretches() const {
 
 FrameSettings Flow::within(const Stretch& stretch) const {
   FrameSettings set;
-  auto entry = std::ranges::lower_bound(entries_, stretch.first, {}, &Entry::at);
-  for (; entry != entries_.end() && entry->at <= stretch.last; ++entry) {
-    if (entry->is_interrupt) continue;
-    for (const FrameSettings& more : {entry->in_order, entry->later, by_calls(*entry)}) set.add(more);
+  for (const ProgramStatement& statement : statements_) {
+    const std::size_t at = statement.tokens[0].at;
+    if (at >= stretch.first && at <= stretch.last && !declares_interrupt(statement.tokens))
+      set.add(set_by(statement));
   }
   return set;
 }
 
 FrameFlow Flow::found() const {
   FrameFlow flow;
-  for (const Entry& entry : entries_) {
-    FrameSettings set = entry.later;
-    if (entry.is_interrupt) set.add(entry.in_order);
-    set.add(by_calls(entry));
+  for (const ProgramStatement& statement : statements_) {
+    const FrameSettings set = statement.is_later() ? set_by(statement) : by_calls(statement);
     if (!set) continue;
-    if (entry.is_interrupt) {
-      flow.interrupts.add(set);
-    } else {
-      flow.behind[entry.at].add(set);
-    }
+    (declares_interrupt(statement.tokens) ? flow.interrupts : flow.behind[statement.tokens[0].at]).add(set);
   }
   for (const Stretch& stretch : stretches()) {
     const FrameSettings set = within(stretch);

@@ -1,6 +1,8 @@
 #include "proto/krl/program_statement.hpp"
 
 #include <algorithm>
+#include <set>
+#include <string>
 #include <utility>
 
 namespace truepose::krl {
@@ -21,36 +23,36 @@ auto read_if(Tokens tokens, Read read) -> std::optional<decltype(read(std::declv
   }
 }
 
-void check_closed(Tokens tokens) {
-  std::vector<std::size_t> open;
-  for (const Token& token : tokens) {
-    if (token.is("{")) open.push_back(token.at);
-    if (token.is("}") && !open.empty()) open.pop_back();
-  }
-  if (!open.empty()) throw Fault{open[0], "a brace that is not closed; close it in the same statement"};
-}
+/// A bracket that is open, and the components of the aggregate that it is, in capitals.
+struct Open {
+  const Token& bracket;
+  std::set<std::string> components = {};
+};
 
-void check_component(const Expression& aggregate, std::size_t i) {
-  const Token& name = aggregate.names[i];
-  if (aggregate.find(name.word()) != &aggregate.parts[i])
+void add_component(Open& aggregate, const Token& name) {
+  if (!aggregate.components.insert(name.word()).second)
     throw Fault{name.at, "component " + std::string(name.text) + " is given twice; remove one"};
-  const Expression& value = aggregate.parts[i];
-  const Token& digits = (value.kind == ExpressionKind::Unary ? value.parts[0] : value).token;
-  const bool is_number = digits.kind == TokenKind::Integer || digits.kind == TokenKind::Real;
-  if (is_number && !digits.number())
-    throw Fault{digits.at, "a number out of range; give one that KRL can hold"};
+  if (aggregate.components.size() > kMostComponents)
+    throw Fault{name.at, "too many components; give at most 256"};
 }
 
-/// Looks at the aggregates of an expression.
-void check(const Expression& expression) {
-  if (expression.names.size() > kMostComponents)
-    throw Fault{expression.names[kMostComponents].at, "too many components; give at most 256"};
-  for (std::size_t i = 0; i < expression.names.size(); ++i) check_component(expression, i);
-  for (const Expression& part : expression.parts) check(part);
-}
-
-void check(const std::vector<Assignment>& settings) {
-  for (const Assignment& setting : settings) check(setting.value);
+/// Throws Fault where the tokens are no KRL, whatever statement they are.
+void check(Tokens tokens) {
+  std::vector<Open> open;
+  for (std::size_t i = 0; i < tokens.size(); ++i) {
+    const Token& token = tokens[i];
+    const bool is_number = token.kind == TokenKind::Integer || token.kind == TokenKind::Real;
+    if (is_number && !token.number())
+      throw Fault{token.at, "a number out of range; give one that KRL can hold"};
+    const bool may_be_component =
+        token.kind == TokenKind::Name && !open.empty() && open.back().bracket.is("{");
+    if (may_be_component && tokens[i - 1].is_any_of({"{", ","})) add_component(open.back(), token);
+    if (token.opens()) open.push_back({token});
+    if (token.closes() && !open.empty()) open.pop_back();
+  }
+  const auto brace = std::ranges::find_if(open, [](const Open& other) { return other.bracket.is("{"); });
+  if (brace != open.end())
+    throw Fault{brace->bracket.at, "a brace that is not closed; close it in the same statement"};
 }
 
 Tokens action_of(Tokens statement) {
@@ -73,9 +75,6 @@ std::optional<Declaration> declaration_in(Tokens statement) {
     read_declaration(reader, declaration);
     return true;
   });
-  for (const Declaration::Name& name : declaration.names) {
-    if (name.value) check(*name.value);
-  }
   return declaration;
 }
 
@@ -90,20 +89,6 @@ Assignment read_change(TokenReader& reader) {
   };
   if (auto value = read_if(reader.rest(), read_whole)) change.value = *std::move(value);
   return change;
-}
-
-std::optional<Assignment> assignment_in(Tokens action) {
-  auto change = read_if(action, read_change);
-  if (change) check(change->value);
-  return change;
-}
-
-std::optional<Motion> motion_in(Tokens statement) {
-  auto motion = read_if(statement, read_motion);
-  if (!motion) return motion;
-  std::ranges::for_each(motion->targets, [](const Expression& target) { check(target); });
-  check(motion->settings);
-  return motion;
 }
 
 void read_parts(ProgramStatement& statement) {
@@ -121,16 +106,14 @@ void read_parts(ProgramStatement& statement) {
 
 void read_forms(ProgramStatement& statement) {
   const Tokens tokens = statement.tokens;
-  check_closed(tokens);
+  check(tokens);
   statement.action = action_of(tokens);
   statement.declaration = declaration_in(tokens);
-  statement.assignment = assignment_in(statement.action);
+  statement.assignment = read_if(statement.action, read_change);
   // A variable may be called like a motion.
-  if (!statement.assignment && is_motion(tokens[0])) statement.motion = motion_in(tokens);
-  if (tokens[0].is_any_of({"SPLINE", "PTP_SPLINE"})) {
+  if (!statement.assignment && is_motion(tokens[0])) statement.motion = read_if(tokens, read_motion);
+  if (tokens[0].is_any_of({"SPLINE", "PTP_SPLINE"}))
     statement.settings = read_if(tokens.subspan(1), read_settings).value_or(std::vector<Assignment>{});
-    check(statement.settings);
-  }
   read_parts(statement);
 }
 

@@ -26,13 +26,9 @@ class RoutineScanner {
     std::vector<Body> bodies;
     while (at_ < statements_.size()) {
       const std::size_t first = at_;
-      try {
-        bodies.push_back(routine());
-      } catch (const Fault& fault) {
-        if (!is_partial_) throw;
-        symbols_.refuse(fault, {name_of(statements_[first])});
-        for (at_ = first + 1; at_ < statements_.size() && !begins_routine(statements_[at_]);) ++at_;
-      }
+      const auto read = [&] { bodies.push_back(routine()); };
+      if (symbols_.attempt(is_partial_, read, {name_of(statements_[first])})) continue;
+      for (at_ = first + 1; at_ < statements_.size() && !begins_routine(statements_[at_]);) ++at_;
     }
     return bodies;
   }
@@ -87,12 +83,7 @@ class RoutineScanner {
         }
         reader.expect("]");
       }
-      if (reader.take_if(":")) {
-        const std::string direction = reader.take_name("IN or OUT");
-        if (direction != "IN" && direction != "OUT")
-          reader.fail("IN or OUT is expected instead of " + direction);
-        if (direction == "IN") parameter.direction = Direction::In;
-      }
+      parameter.direction = read_direction(reader);
       routine.parameters.push_back(std::move(parameter));
     }
   }
@@ -102,12 +93,7 @@ class RoutineScanner {
     for (; at_ < statements_.size(); ++at_) {
       StatementReader reader(file_, statements_[at_]);
       if (!begins_declaration(reader, symbols_.program.types)) break;
-      try {
-        read_declaration(reader, body);
-      } catch (const Fault& fault) {
-        if (!is_partial_) throw;
-        symbols_.refuse(fault);
-      }
+      symbols_.attempt(is_partial_, [&] { read_declaration(reader, body); });
     }
     for (std::size_t i = 0; i < routine.parameters.size(); ++i) {
       routine.parameters[i].type = body.locals[i].type;
@@ -132,8 +118,8 @@ class RoutineScanner {
     }
   }
 
-  static void declare(LocalName local, const TokenReader& reader, Body& body) {
-    const auto known = std::ranges::find(body.locals, local.name, &LocalName::name);
+  static void declare(Field local, const TokenReader& reader, Body& body) {
+    const auto known = std::ranges::find(body.locals, local.name, &Field::name);
     if (known == body.locals.end()) {
       if (std::ranges::count(local.type.sizes, 0) > 0) reader.fail(local.name + " needs a size");
       body.locals.push_back(std::move(local));
@@ -195,24 +181,21 @@ void BodyCompiler::compile() {
   scope_.emit(Op::Statement);
   Routine& routine = symbols_.program.routines[body_.routine];
   scope_.emit(routine.result.kind == Kind::None ? Op::Return : Op::NoResult);
+  routine.local_names = scope_.locals;
   for (std::size_t i = 0; i < scope_.locals.size(); ++i) {
     const bool is_parameter = i < routine.parameters.size();
-    routine.local_names.push_back({scope_.locals[i].name, scope_.locals[i].type});
     routine.locals.push_back(is_parameter ? Value{} : scope_.types().blank(scope_.locals[i].type));
   }
 }
 
-/// Of a partial file, a subprogram whose loops and branches do not close stops the program where it is
-/// called.
 void BodyCompiler::compile_statements() {
-  const std::size_t before = scope_.here();
-  try {
+  const auto part = [&] {
     while (!at_end()) statement();
     land_gotos();
-  } catch (const Fault& fault) {
-    if (!body_.is_partial) throw;
-    scope_.refuse(before, fault);
-  }
+  };
+  // Of a partial file, a subprogram whose loops and branches do not close stops the program where it is
+  // called.
+  attempt(part, [] { return true; });
 }
 
 bool BodyCompiler::next_begins_with(std::string_view word) const {
@@ -250,14 +233,19 @@ void BodyCompiler::statement() {
 }
 
 void BodyCompiler::attempt(const std::function<void()>& part) {
+  attempt(part, [this, statement = at_, loops = exits_.size(), blocks = blocks_.size()] {
+    return at_ == statement && exits_.size() == loops && blocks_.size() == blocks;
+  });
+}
+
+void BodyCompiler::attempt(const std::function<void()>& part, const std::function<bool()>& leaves_it) {
   if (!body_.is_partial) return part();
-  const std::size_t before = scope_.here(), statement = at_, loops = exits_.size(), blocks = blocks_.size();
-  const std::vector<LocalName> locals = scope_.locals;
+  const std::size_t before = scope_.here();
+  const std::vector<Field> locals = scope_.locals;
   try {
     part();
   } catch (const Fault& fault) {
-    const bool is_one_line = at_ == statement && exits_.size() == loops && blocks_.size() == blocks;
-    if (!is_one_line) throw;
+    if (!leaves_it()) throw;
     scope_.locals = locals;
     scope_.aside = {};
     scope_.refuse(before, fault);
@@ -267,6 +255,8 @@ void BodyCompiler::attempt(const std::function<void()>& part) {
 void BodyCompiler::dispatch(TokenReader& reader) {
   const Token& first = reader.peek();
   if (first.kind != TokenKind::Name) reader.fail("a statement cannot begin with " + first.word());
+  // SPL stands in spline blocks alone.
+  if (motions().contains(first.word()) && !first.is("SPL")) return compile_motion(reader);
   if (const auto compile = statements().find(first.word()); compile != statements().end())
     return (this->*compile->second)(reader);
   if (reader.peek(1).is_any_of({"=", "[", "."})) return compile_assignment(reader);
@@ -292,28 +282,18 @@ const std::map<std::string_view, BodyCompiler::Compile>& BodyCompiler::statement
       {"EXIT", &BodyCompiler::compile_exit},
       {"GOTO", &BodyCompiler::compile_goto},
       {"RETURN", &BodyCompiler::compile_return},
-      {"HALT", &BodyCompiler::compile_halt},
+      {"HALT", &BodyCompiler::compile_plain},
       {"CONTINUE", &BodyCompiler::compile_continue},
-      {"PTP", &BodyCompiler::compile_motion},
-      {"LIN", &BodyCompiler::compile_motion},
-      {"CIRC", &BodyCompiler::compile_motion},
-      {"PTP_REL", &BodyCompiler::compile_motion},
-      {"LIN_REL", &BodyCompiler::compile_motion},
-      {"SPTP", &BodyCompiler::compile_motion},
-      {"SLIN", &BodyCompiler::compile_motion},
-      {"SCIRC", &BodyCompiler::compile_motion},
-      {"SPTP_REL", &BodyCompiler::compile_motion},
-      {"SLIN_REL", &BodyCompiler::compile_motion},
       {"SPLINE", &BodyCompiler::compile_spline},
       {"PTP_SPLINE", &BodyCompiler::compile_spline},
       {"TRIGGER", &BodyCompiler::compile_trigger},
       {"PULSE", &BodyCompiler::compile_pulse},
-      {"ON_ERROR_PROCEED", &BodyCompiler::compile_proceed},
+      {"ON_ERROR_PROCEED", &BodyCompiler::compile_plain},
       {"WAIT", &BodyCompiler::compile_wait},
       {"INTERRUPT", &BodyCompiler::compile_interrupt},
       {"GLOBAL", &BodyCompiler::compile_interrupt},
       {"BRAKE", &BodyCompiler::compile_brake},
-      {"RESUME", &BodyCompiler::compile_resume}};
+      {"RESUME", &BodyCompiler::compile_plain}};
   return kStatements;
 }
 

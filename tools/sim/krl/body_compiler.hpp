@@ -13,7 +13,7 @@ namespace truepose::sim::krl {
 /// A subprogram whose head and declarations are known and whose statements wait to be compiled.
 struct Body {
   std::size_t routine = 0;
-  std::vector<LocalName> locals;  ///< the parameters first
+  std::vector<Field> locals;  ///< the parameters first
   std::span<const Statement> statements;
   Statement end;  ///< END or ENDFCT
   std::string file;
@@ -42,6 +42,8 @@ class BodyCompiler {
   void dispatch(TokenReader& reader);
   /// Compiles a part of a statement. Of a partial file, what is not known becomes Op::Refuse.
   void attempt(const std::function<void()>& part);
+  /// @param leaves_it  goes behind a part that is not known; false where it cannot
+  void attempt(const std::function<void()>& part, const std::function<bool()>& leaves_it);
   /// Reads `word` and what follows it alone in its line.
   void close(std::string_view word);
 
@@ -58,11 +60,11 @@ class BodyCompiler {
   void compile_goto(TokenReader& reader);
   void compile_label(TokenReader& reader);
   void compile_return(TokenReader& reader);
-  void compile_halt(TokenReader& reader);
+  void compile_plain(TokenReader& reader);
   void compile_continue(TokenReader& reader);
   void compile_assignment(TokenReader& reader);
   void condition(TokenReader& reader, const std::string& what);
-  void loop_body(std::size_t start, std::string_view end);
+  void loop(std::string_view end, const std::function<void()>& lead_back);
   void land_gotos();
 
   // motion_compiler.cpp
@@ -75,7 +77,6 @@ class BodyCompiler {
   void compile_interrupt(TokenReader& reader);
   void declare_interrupt(TokenReader& reader, bool is_global);
   void compile_brake(TokenReader& reader);
-  void compile_resume(TokenReader& reader);
   /// A call that is made beside the program: without its local data.
   void call_beside(TokenReader& reader);
 
@@ -90,7 +91,6 @@ class BodyCompiler {
   // switching_compiler.cpp
   void compile_pulse(TokenReader& reader);
   void read_pulse(TokenReader& reader);
-  void compile_proceed(TokenReader& reader);
   /// $CYCFLAG[1]=..
   void compile_cyclical(TokenReader& reader);
 
@@ -103,6 +103,7 @@ class BodyCompiler {
 
   using Compile = void (BodyCompiler::*)(TokenReader&);
   static const std::map<std::string_view, Compile>& statements();
+  static const std::map<std::string_view, MotionKind>& motions();
 
   const Body& body_;
   Symbols& symbols_;

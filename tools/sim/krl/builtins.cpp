@@ -36,13 +36,7 @@ Value arc_tangent(Arguments& arguments) {
   return std::atan2(number_at(arguments, 0), number_at(arguments, 1)) / kRadianPerDegree;
 }
 
-/// Puts a text at the beginning of an array. @return whether it has room
-bool fill(Value& array, const std::string& text) {
-  const std::size_t size = std::get<std::string>(array).size();
-  if (text.size() > size) return false;
-  array = text + std::string(size - text.size(), '\0');
-  return true;
-}
+bool put(Value& array, std::string_view text) { return fill(std::get<std::string>(array), text); }
 
 Value length(Arguments& arguments) { return static_cast<std::int32_t>(text_of(arguments[0]).size()); }
 
@@ -50,13 +44,13 @@ Value declared_length(Arguments& arguments) {
   return static_cast<std::int32_t>(std::get<std::string>(arguments[0]).size());
 }
 
-Value clear(Arguments& arguments) { return fill(arguments[0], ""); }
+Value clear(Arguments& arguments) { return put(arguments[0], ""); }
 
-Value copy(Arguments& arguments) { return fill(arguments[0], text_of(arguments[1])); }
+Value copy(Arguments& arguments) { return put(arguments[0], text_of(arguments[1])); }
 
 Value append(Arguments& arguments) {
   const std::string text = text_of(arguments[0]) + text_of(arguments[1]);
-  return fill(arguments[0], text) ? static_cast<std::int32_t>(text.size()) : std::int32_t{0};
+  return put(arguments[0], text) ? static_cast<std::int32_t>(text.size()) : std::int32_t{0};
 }
 
 Value compare(Arguments& arguments) {

@@ -119,8 +119,7 @@ Type ExpressionCompiler::string_write(const Expression& expression) {
   const std::size_t external = format_arguments(expression);
   for (std::size_t i = 4; i < expression.parts.size(); ++i) {
     const Type type = value(expression.parts[i]);
-    const bool fits = type.is_number() || type.is(Kind::Bool) || type.is(Kind::Char) || type.is_text();
-    if (!fits) scope_.fail("SWRITE cannot write " + type_name(type));
+    if (!type.is_simple()) scope_.fail("SWRITE cannot write " + type_name(type));
   }
   scope_.emit(Op::CallExternal, external, expression.parts.size());
   return {};
@@ -132,11 +131,8 @@ Type ExpressionCompiler::string_read(const Expression& expression) {
   for (std::size_t i = kFirst; i < expression.parts.size(); ++i) {
     const Expression& variable = expression.parts[i];
     if (!variable.is_variable()) scope_.fail("SREAD reads into variables");
-    const Type type = place(variable);
-    if (type.is_array() && variable.kind != ExpressionKind::Whole)
-      scope_.fail("an array as a whole is written with []");
-    const bool fits = type.is_number() || type.is(Kind::Bool) || type.is(Kind::Char) || type.is_text();
-    if (!fits) scope_.fail("SREAD cannot read " + type_name(type));
+    const Type type = whole_place(variable);
+    if (!type.is_simple()) scope_.fail("SREAD cannot read " + type_name(type));
     scope_.push(Literal{type.is_text() ? "TEXT" : type_name(type)});
   }
   scope_.emit(Op::CallExternal, external, 2 * expression.parts.size() - kFirst);

@@ -82,22 +82,22 @@ void BodyCompiler::compile_case(std::size_t subject, const Type& type, std::vect
   scope_.land(next);
 }
 
-void BodyCompiler::loop_body(std::size_t start, std::string_view end) {
-  const Statement& opened = body_.statements[at_ - 1];
+/// @param lead_back  behind the last statement; it reads what ends the loop
+void BodyCompiler::loop(std::string_view end, const std::function<void()>& lead_back) {
   exits_.emplace_back();
-  block({end}, opened);
-  if (end != "UNTIL") {
-    close(end);
-    scope_.emit(Op::Jump, start);
-  }
+  block({end}, body_.statements[at_ - 1]);
+  lead_back();
+  for (const std::size_t exit : exits_.back()) scope_.land(exit);
+  exits_.pop_back();
 }
 
 void BodyCompiler::compile_loop(TokenReader& reader) {
   reader.take();
   reader.expect_end();
-  loop_body(scope_.here(), "ENDLOOP");
-  for (const std::size_t exit : exits_.back()) scope_.land(exit);
-  exits_.pop_back();
+  loop("ENDLOOP", [this, start = scope_.here()] {
+    close("ENDLOOP");
+    scope_.emit(Op::Jump, start);
+  });
 }
 
 void BodyCompiler::compile_while(TokenReader& reader) {
@@ -108,26 +108,25 @@ void BodyCompiler::compile_while(TokenReader& reader) {
     reader.expect_end();
   });
   const std::size_t unless = scope_.emit(Op::JumpUnless);
-  loop_body(start, "ENDWHILE");
-  scope_.land(unless);
-  for (const std::size_t exit : exits_.back()) scope_.land(exit);
-  exits_.pop_back();
+  loop("ENDWHILE", [&] {
+    close("ENDWHILE");
+    scope_.emit(Op::Jump, start);
+    scope_.land(unless);
+  });
 }
 
 void BodyCompiler::compile_repeat(TokenReader& reader) {
   reader.take();
   reader.expect_end();
-  const std::size_t start = scope_.here();
-  loop_body(start, "UNTIL");
-  StatementReader end(body_.file, body_.statements[at_++]);
-  end.take();
-  attempt([&] {
-    condition(end, "the condition of UNTIL");
-    end.expect_end();
+  loop("UNTIL", [this, start = scope_.here()] {
+    StatementReader end(body_.file, body_.statements[at_++]);
+    end.take();
+    attempt([&] {
+      condition(end, "the condition of UNTIL");
+      end.expect_end();
+    });
+    scope_.emit(Op::JumpUnless, start);
   });
-  scope_.emit(Op::JumpUnless, start);
-  for (const std::size_t exit : exits_.back()) scope_.land(exit);
-  exits_.pop_back();
 }
 
 /// Gives the counter its first value, and keeps the last and the step.
@@ -164,22 +163,19 @@ void BodyCompiler::compile_for(TokenReader& reader) {
   });
   scope_.emit(Op::ForGoesOn, last);
   const std::size_t unless = scope_.emit(Op::JumpUnless);
-  const Statement& opened = body_.statements[at_ - 1];
-  exits_.emplace_back();
-  block({"ENDFOR"}, opened);
-  if (is_known) {
-    expressions_.place(counter);
-    expressions_.value(counter);
-    scope_.emit(Op::Local, step);
-    scope_.emit(Op::Fetch);
-    scope_.emit(Op::Add);
-    scope_.emit(Op::Store);
-  }
-  close("ENDFOR");
-  scope_.emit(Op::Jump, start);
-  scope_.land(unless);
-  for (const std::size_t exit : exits_.back()) scope_.land(exit);
-  exits_.pop_back();
+  loop("ENDFOR", [&] {
+    if (is_known) {
+      expressions_.place(counter);
+      expressions_.value(counter);
+      scope_.emit(Op::Local, step);
+      scope_.emit(Op::Fetch);
+      scope_.emit(Op::Add);
+      scope_.emit(Op::Store);
+    }
+    close("ENDFOR");
+    scope_.emit(Op::Jump, start);
+    scope_.land(unless);
+  });
 }
 
 void BodyCompiler::compile_exit(TokenReader& reader) {
@@ -230,11 +226,12 @@ void BodyCompiler::compile_return(TokenReader& reader) {
   scope_.emit(Op::Return, 0, 1);
 }
 
-void BodyCompiler::compile_halt(TokenReader& reader) {
-  reader.take();
+/// HALT, RESUME and ON_ERROR_PROCEED, which stand alone in their line.
+void BodyCompiler::compile_plain(TokenReader& reader) {
+  const Token& word = reader.take();
   reader.expect_end();
-  scope_.stop_advance_run();
-  scope_.emit(Op::Halt);
+  if (word.is("HALT")) scope_.stop_advance_run();
+  scope_.emit(word.is("HALT") ? Op::Halt : word.is("RESUME") ? Op::Resume : Op::Proceed);
 }
 
 void BodyCompiler::compile_continue(TokenReader& reader) {

@@ -254,7 +254,7 @@ class DataCompiler {
       if (!external.parameters.empty()) reader.expect(",");
       Parameter parameter{.type = type_of(reader.take(), reader, symbols_.program.types)};
       parameter.type = sized(parameter.type, read_sizes(reader), reader, symbols_.program.types);
-      if (reader.take_if(":") && reader.take_name("IN or OUT") == "IN") parameter.direction = Direction::In;
+      parameter.direction = read_direction(reader);
       external.parameters.push_back(std::move(parameter));
     }
     reader.expect_end();
@@ -280,16 +280,13 @@ void collect_types(const DataList& list, Symbols& symbols) {
     const bool is_structure = declares_type(statement, "STRUC");
     if (!is_structure && !declares_type(statement, "ENUM")) continue;
     StatementReader reader(list.name, statement);
-    try {
+    symbols.attempt(list.is_partial, [&] {
       reader.take_if("GLOBAL");
       reader.take();
       is_structure ? add_type(read_structure(reader, symbols.program.types), list, reader, symbols)
                    : add_type(read_enumeration(reader), list, reader, symbols);
       reader.expect_end();
-    } catch (const Fault& fault) {
-      if (!list.is_partial) throw;
-      symbols.refuse(fault);
-    }
+    });
   }
 }
 

@@ -30,12 +30,10 @@ Value part_of(const Value& whole, Path path) {
   return part_of((*parts)[index], path.subspan(1));
 }
 
-/// A text fills an array: what is left is not set.
 void set_text(std::string& array, const std::string& text) {
-  if (text.size() > array.size())
+  if (!fill(array, text))
     fail("the text has " + std::to_string(text.size()) + " characters and the array " +
          std::to_string(array.size()));
-  array = text + std::string(array.size() - text.size(), '\0');
 }
 
 }  // namespace
@@ -228,18 +226,19 @@ void Evaluator::store_bits(const Place& place, std::uint32_t number) {
   for (std::int32_t i = 0; i < place.bits; ++i, ++bit.path[0]) store_in_system(bit, (number >> i & 1) != 0);
 }
 
+Evaluator::Asked Evaluator::asked_of_host(const Place& place) const {
+  const Variable& variable = program_.systems[place.slot];
+  if (!variable.type.is_array() || place.path.empty())
+    return {variable, std::nullopt, variable.type, place.path};
+  const std::int64_t index = place.path[0];
+  check_index(index, static_cast<std::size_t>(variable.type.sizes[0]));
+  return {variable, static_cast<int>(index) + 1, variable.type.element(), Path(place.path).subspan(1)};
+}
+
 Value Evaluator::look_at_system(const Place& place) {
   if (place.bits > 0) return look_at_bits(place);
-  const Variable& variable = program_.systems[place.slot];
-  Path path = place.path;
-  std::optional<int> index;
-  if (variable.type.is_array() && !path.empty()) {
-    check_index(path[0], static_cast<std::size_t>(variable.type.sizes[0]));
-    index = static_cast<int>(path[0]) + 1;
-    path = path.subspan(1);
-  }
+  const auto [variable, index, type, path] = asked_of_host(place);
   const Value value = host_->read(variable.name, index);
-  const Type type = index ? variable.type.element() : variable.type;
   if (!has_type(value, type, program_.types))
     fail("the controller has no value of type " + program_.types.name(type) + " for " + describe(place));
   return part_of(value, path);
@@ -247,18 +246,10 @@ Value Evaluator::look_at_system(const Place& place) {
 
 void Evaluator::store_in_system(const Place& place, Value value) {
   if (place.bits > 0) return store_bits(place, static_cast<std::uint32_t>(std::get<std::int32_t>(value)));
-  const Variable& variable = program_.systems[place.slot];
-  Path path = place.path;
-  std::optional<int> index;
-  if (variable.type.is_array() && !path.empty()) {
-    check_index(path[0], static_cast<std::size_t>(variable.type.sizes[0]));
-    index = static_cast<int>(path[0]) + 1;
-    path = path.subspan(1);
-  }
+  const auto [variable, index, type, path] = asked_of_host(place);
   if (!path.empty()) {
     Value whole = host_->read(variable.name, index);
-    if (std::holds_alternative<std::monostate>(whole))
-      whole = program_.types.blank(index ? variable.type.element() : variable.type);
+    if (std::holds_alternative<std::monostate>(whole)) whole = program_.types.blank(type);
     set_part(whole, path, std::move(value));
     value = std::move(whole);
   }

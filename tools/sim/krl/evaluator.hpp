@@ -54,6 +54,15 @@ class Evaluator {
   void store(const Place& place, Value value);
 
  private:
+  /// A system variable, or an element of it with its index from 1, and what is left of the way to its part.
+  struct Asked {
+    const Variable& variable;
+    std::optional<int> index;
+    Type type;
+    std::span<const std::int64_t> path;
+  };
+  Asked asked_of_host(const Place& place) const;
+
   bool execute_place(const Instruction& instruction);
   Value fetch(const Place& place);
   Value look_at_system(const Place& place);

@@ -152,10 +152,15 @@ Type ExpressionCompiler::component(const Expression& expression) {
 }
 
 Type ExpressionCompiler::variable_value(const Expression& expression) {
+  const Type type = whole_place(expression);
+  scope_.emit(Op::Fetch);
+  return type;
+}
+
+Type ExpressionCompiler::whole_place(const Expression& expression) {
   const Type type = place(expression);
   if (type.is_array() && expression.kind != ExpressionKind::Whole)
     scope_.fail("an array as a whole is written with []");
-  scope_.emit(Op::Fetch);
   return type;
 }
 
@@ -286,9 +291,7 @@ void ExpressionCompiler::assign(const Expression& target, const Expression& sour
 }
 
 void ExpressionCompiler::initialise(const Expression& target, const Expression& source) {
-  const Type type = place(target);
-  if (type.is_array() && target.kind != ExpressionKind::Whole)
-    scope_.fail("an array as a whole is written with []");
+  const Type type = whole_place(target);
   value_as(source, type, "the variable " + target.root().name);
   scope_.emit(Op::Store);
 }
@@ -305,9 +308,7 @@ bool ExpressionCompiler::is_axes(const Type& type) const {
 
 void ExpressionCompiler::out_argument(const Expression& argument, const Type& type, const std::string& what) {
   if (!argument.is_variable()) scope_.fail(what + " is OUT and needs a variable");
-  const Type given = place(argument);
-  if (given.is_array() && argument.kind != ExpressionKind::Whole)
-    scope_.fail("an array as a whole is written with []");
+  const Type given = whole_place(argument);
   const bool fits_as_array = type.is_array() && given.sizes.size() == type.sizes.size() &&
                              given.kind == type.kind && given.id == type.id;
   if (given != type && !fits_as_array)

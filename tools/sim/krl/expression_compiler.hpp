@@ -33,6 +33,8 @@ class ExpressionCompiler {
   /// POS.
   Type frame(const Expression& expression);
   Type variable_value(const Expression& expression);
+  /// As place(); an array as a whole is NAME[].
+  Type whole_place(const Expression& expression);
   Type name(const Expression& expression);
   Type element(const Expression& expression);
   Type component(const Expression& expression);

@@ -40,7 +40,8 @@ class Loader {
       external.is_builtin = external.passes_advance_run = true;
     declare("the controller's declarations", environment_.declarations);
     symbols_.end_environment();
-    for (const Source& source : sources) sort_in(source);
+    for (const Source& source : sources)
+      symbols_.attempt(source.is_partial, [&] { sort_in(source); }, {split(source.file).module});
     // What the whole controller knows comes first.
     std::ranges::stable_partition(lists_, &DataList::is_global);
     for (const DataList& list : lists_) collect_types(list, symbols_);
@@ -69,15 +70,6 @@ class Loader {
 
   void sort_in(const Source& source) {
     const FileName name = split(source.file);
-    try {
-      sort_in(source, name);
-    } catch (const Fault& fault) {
-      if (!source.is_partial) throw;
-      symbols_.refuse(fault, {name.module});
-    }
-  }
-
-  void sort_in(const Source& source, const FileName& name) {
     const int module = symbols_.module_of(name.module);
     std::vector<Statement> statements = statements_of(source.file, source.text);
     if (name.extension == ".DAT") {

@@ -7,11 +7,6 @@
 namespace truepose::sim::krl {
 namespace {
 
-const std::map<std::string_view, MotionKind> kMotions = {
-    {"PTP", MotionKind::Ptp},         {"LIN", MotionKind::Lin},        {"CIRC", MotionKind::Circ},
-    {"PTP_REL", MotionKind::PtpRel},  {"LIN_REL", MotionKind::LinRel}, {"SPTP", MotionKind::Ptp},
-    {"SLIN", MotionKind::Lin},        {"SCIRC", MotionKind::Circ},     {"SPTP_REL", MotionKind::PtpRel},
-    {"SLIN_REL", MotionKind::LinRel}, {"SPL", MotionKind::Spl}};
 const std::map<std::string_view, Approximation> kApproximations = {{"C_PTP", Approximation::Ptp},
                                                                    {"C_DIS", Approximation::Dis},
                                                                    {"C_VEL", Approximation::Vel},
@@ -22,6 +17,15 @@ const std::map<std::string_view, InterruptSwitch> kSwitches = {{"ON", InterruptS
                                                                {"DISABLE", InterruptSwitch::Disable}};
 
 }  // namespace
+
+const std::map<std::string_view, MotionKind>& BodyCompiler::motions() {
+  static const std::map<std::string_view, MotionKind> kMotions = {
+      {"PTP", MotionKind::Ptp},         {"LIN", MotionKind::Lin},        {"CIRC", MotionKind::Circ},
+      {"PTP_REL", MotionKind::PtpRel},  {"LIN_REL", MotionKind::LinRel}, {"SPTP", MotionKind::Ptp},
+      {"SLIN", MotionKind::Lin},        {"SCIRC", MotionKind::Circ},     {"SPTP_REL", MotionKind::PtpRel},
+      {"SLIN_REL", MotionKind::LinRel}, {"SPL", MotionKind::Spl}};
+  return kMotions;
+}
 
 void BodyCompiler::compile_motion(TokenReader& reader) {
   const bool is_spline = reader.peek().word().starts_with('S');
@@ -37,7 +41,7 @@ MotionShape BodyCompiler::motion_shape(TokenReader& reader) {
   const truepose::krl::Motion motion = read_motion(reader);
   if (motion.targets.empty()) reader.fail("a value is expected");
   if (motion.targets.size() < motion.target_count()) reader.expect(",");
-  MotionShape shape{.kind = kMotions.at(motion.word),
+  MotionShape shape{.kind = motions().at(motion.word),
                     .has_angle = motion.angle.has_value(),
                     .settings = motion.settings.size(),
                     .is_in_tool = motion.frame == "TOOL"};
@@ -124,7 +128,7 @@ void BodyCompiler::declare_interrupt(TokenReader& reader, bool is_global) {
 
 void BodyCompiler::call_beside(TokenReader& reader) {
   const Expression call = read_call(reader);
-  const std::vector<LocalName> locals = std::exchange(scope_.locals, {});
+  const std::vector<Field> locals = std::exchange(scope_.locals, {});
   expressions_.call_statement(call);
   if (!scope_.locals.empty()) scope_.fail("a call here leaves out no parameter that is OUT");
   scope_.locals = locals;
@@ -137,12 +141,6 @@ void BodyCompiler::compile_brake(TokenReader& reader) {
   const bool is_hard = reader.take_if("F");
   reader.expect_end();
   scope_.emit(Op::Brake, is_hard ? 1 : 0);
-}
-
-void BodyCompiler::compile_resume(TokenReader& reader) {
-  reader.take();
-  reader.expect_end();
-  scope_.emit(Op::Resume);
 }
 
 }  // namespace truepose::sim::krl

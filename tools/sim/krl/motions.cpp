@@ -4,15 +4,13 @@
 #include <span>
 #include <utility>
 
+#include "proto/text/kuka_names.hpp"
 #include "tools/sim/krl/interpreter.hpp"
 
 namespace truepose::sim::krl {
 namespace {
 
-constexpr std::array<std::string_view, 12> kAxisNames = {"A1", "A2", "A3", "A4", "A5", "A6",
-                                                         "E1", "E2", "E3", "E4", "E5", "E6"};
-constexpr std::array<std::string_view, 6> kPoseNames = {"X", "Y", "Z", "A", "B", "C"};
-constexpr std::array<std::string_view, 6> kExternalNames = {"E1", "E2", "E3", "E4", "E5", "E6"};
+constexpr SixNames kExternalNames{"E1", "E2", "E3", "E4", "E5", "E6"};
 constexpr int kDefaultAdvance = 3;
 constexpr int kFullPercent = 100;
 
@@ -32,8 +30,9 @@ std::optional<int> whole(std::optional<double> number) {
 
 AxisTarget Interpreter::axes_of(const Value& value, const Type& type) const {
   AxisTarget target;
-  for (std::size_t i = 0; i < kAxisNames.size(); ++i)
-    target.axes[i] = component_of(value, program_.types.structure(type), kAxisNames[i]);
+  for (std::size_t i = 0; i < target.axes.size(); ++i)
+    target.axes[i] =
+        component_of(value, program_.types.structure(type), i < 6 ? kAxisNames[i] : kExternalNames[i - 6]);
   return target;
 }
 
@@ -133,13 +132,13 @@ std::size_t Interpreter::awaited() {
 
 std::optional<double> Interpreter::number(std::string_view variable, std::optional<int> index,
                                           std::string_view field) {
-  const auto at = std::ranges::find(program_.systems, variable, &Variable::name);
-  if (at == program_.systems.end()) return std::nullopt;
-  const Value value = in_force(static_cast<std::size_t>(at - program_.systems.begin()), index);
-  if (!has_type(value, index ? at->type.element() : at->type, program_.types) || !is_set(value))
-    return std::nullopt;
+  const auto slot = program_.find_system(variable);
+  if (!slot) return std::nullopt;
+  const Value value = in_force(*slot, index);
+  const Type& type = program_.systems[*slot].type;
+  if (!has_type(value, index ? type.element() : type, program_.types) || !is_set(value)) return std::nullopt;
   return field.empty() ? std::optional{number_of(value)}
-                       : component_of(value, program_.types.structure(at->type), field);
+                       : component_of(value, program_.types.structure(type), field);
 }
 
 /// Of a system variable, or of one element: what WITH sets before what the controller has.
@@ -169,10 +168,8 @@ std::optional<FrameValues> Interpreter::frame_values(std::string_view variable) 
 void Interpreter::take_variables(Motion& motion) {
   motion.tool = frame_values("$TOOL");
   motion.base = frame_values("$BASE");
-  if (const auto mode = std::ranges::find(program_.systems, "$IPO_MODE", &Variable::name);
-      mode != program_.systems.end())
-    motion.is_tool_fixed =
-        in_force(static_cast<std::size_t>(mode - program_.systems.begin()), {}) == Value{Literal{"TCP"}};
+  if (const auto mode = program_.find_system("$IPO_MODE"))
+    motion.is_tool_fixed = in_force(*mode, {}) == Value{Literal{"TCP"}};
   for (std::size_t i = 0; i < motion.velocity_percent.size(); ++i) {
     const int axis = static_cast<int>(i) + 1;
     motion.velocity_percent[i] = whole(number("$VEL_AXIS", axis, "")).value_or(kFullPercent);

@@ -21,32 +21,27 @@ double checked(double number) {
   return number;
 }
 
-Value whole_result(Op op, std::int64_t left, std::int64_t right) {
+/// Of INT as 64 bits, or REAL.
+template <typename Number>
+Number arithmetic(Op op, Number left, Number right) {
   switch (op) {
     case Op::Add:
-      return wrapped(left + right);
+      return left + right;
     case Op::Subtract:
-      return wrapped(left - right);
+      return left - right;
     case Op::Multiply:
-      return wrapped(left * right);
+      return left * right;
     default:
       if (right == 0) refuse("a division by zero");
-      return wrapped(left / right);
+      return left / right;
   }
 }
 
-Value real_result(Op op, double left, double right) {
-  switch (op) {
-    case Op::Add:
-      return checked(left + right);
-    case Op::Subtract:
-      return checked(left - right);
-    case Op::Multiply:
-      return checked(left * right);
-    default:
-      if (right == 0) refuse("a division by zero");
-      return checked(left / right);
-  }
+Value result(Op op, const Value& left, const Value& right) {
+  const auto *whole_left = std::get_if<std::int32_t>(&left), *whole_right = std::get_if<std::int32_t>(&right);
+  if (whole_left && whole_right)
+    return wrapped(arithmetic(op, std::int64_t{*whole_left}, std::int64_t{*whole_right}));
+  return checked(arithmetic(op, number_of(left), number_of(right)));
 }
 
 bool is_number(const Value& value) {
@@ -158,13 +153,9 @@ bool operate(const Instruction& instruction, const Program& program, Evaluator& 
     case Op::Add:
     case Op::Subtract:
     case Op::Multiply:
-    case Op::Divide: {
-      const auto *whole_left = std::get_if<std::int32_t>(&left),
-                 *whole_right = std::get_if<std::int32_t>(&right);
-      evaluator.push(whole_left && whole_right ? whole_result(op, *whole_left, *whole_right)
-                                               : real_result(op, number_of(left), number_of(right)));
+    case Op::Divide:
+      evaluator.push(result(op, left, right));
       break;
-    }
     case Op::And:
       evaluator.push(std::get<bool>(left) && std::get<bool>(right));
       break;

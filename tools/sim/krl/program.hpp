@@ -194,6 +194,7 @@ struct Program {
 
   /// @param name  in capitals. @return the first of that name in any module, one that is global before others
   std::optional<std::size_t> find_routine(std::string_view name) const;
+  std::optional<std::size_t> find_system(std::string_view name) const;
 };
 
 }  // namespace truepose::sim::krl

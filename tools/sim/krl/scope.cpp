@@ -25,7 +25,7 @@ std::size_t Scope::add_hidden(Type type) {
 }
 
 Symbol Scope::variable(const std::string& name) const {
-  const auto local = std::ranges::find(locals, name, &LocalName::name);
+  const auto local = std::ranges::find(locals, name, &Field::name);
   if (local != locals.end()) {
     if (!aside.empty())
       fail("the " + std::string(aside) + " uses " + name +

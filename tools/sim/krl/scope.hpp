@@ -8,17 +8,12 @@
 
 namespace truepose::sim::krl {
 
-struct LocalName {
-  std::string name;
-  Type type;
-};
-
 /// Where code is written to while one subprogram is compiled, and what its names stand for.
 struct Scope {
   Symbols& symbols;
   int module = 0;
   int file = 0;
-  std::vector<LocalName> locals = {};
+  std::vector<Field> locals = {};
   int line = 0;               ///< of the statement in work
   bool is_continued = false;  ///< CONTINUE stands before the statement: it does not stop the advance run
   /// What is executed beside the program, empty for the program: the condition of an "interrupt", what a

@@ -15,16 +15,13 @@ bool belongs(std::string_view segment, MotionKind block) {
 }  // namespace
 
 void BodyCompiler::compile_spline(TokenReader& reader) {
-  if (!body_.is_partial) return compile_block(reader);
-  const std::size_t before = scope_.here(), first = at_;
-  try {
-    compile_block(reader);
-  } catch (const Fault& fault) {
-    for (at_ = first; !at_end() && !next_begins_with("ENDSPLINE");) ++at_;
-    if (at_end()) throw;
-    ++at_;
-    scope_.refuse(before, fault);
-  }
+  attempt([&] { compile_block(reader); },
+          [this, first = at_] {
+            for (at_ = first; !at_end() && !next_begins_with("ENDSPLINE");) ++at_;
+            if (at_end()) return false;
+            ++at_;
+            return true;
+          });
 }
 
 void BodyCompiler::compile_block(TokenReader& reader) {

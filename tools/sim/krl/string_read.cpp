@@ -97,8 +97,7 @@ class FormatReader {
     const std::string_view word =
         field.substr(0, static_cast<std::size_t>(std::ranges::find_if(field, is_space) - field.begin()));
     auto* const array = std::get_if<std::string>(&variable);
-    if (!array || word.empty() || word.size() > array->size()) return false;
-    *array = std::string(word) + std::string(array->size() - word.size(), '\0');
+    if (!array || word.empty() || !fill(*array, word)) return false;
     rest_.remove_prefix(word.size());
     return true;
   }

@@ -1,5 +1,4 @@
 // The part of Interpreter that carries out PULSE, $CYCFLAG and ON_ERROR_PROCEED.
-#include <algorithm>
 #include <utility>
 
 #include "tools/sim/krl/interpreter.hpp"
@@ -46,13 +45,9 @@ bool Interpreter::proceed_after_error(int number) {
   frame.wait = {};
   frame.calls_again = false;
   while (program_.code[frame.at].op != Op::Statement) ++frame.at;
-  const auto error = std::ranges::find(program_.systems, "$ERR", &Variable::name);
-  if (error == program_.systems.end()) return true;
   constexpr std::int64_t kNumber = 0;  // the first component of ERROR_T
-  evaluator_.store({.storage = Storage::System,
-                    .slot = static_cast<std::size_t>(error - program_.systems.begin()),
-                    .path = {kNumber}},
-                   std::int32_t{number});
+  if (const auto error = program_.find_system("$ERR"))
+    evaluator_.store({.storage = Storage::System, .slot = *error, .path = {kNumber}}, std::int32_t{number});
   return true;
 }
 

@@ -1,4 +1,4 @@
-// The part of BodyCompiler that reads PULSE, $CYCFLAG and ON_ERROR_PROCEED.
+// The part of BodyCompiler that reads PULSE and $CYCFLAG.
 #include "tools/sim/krl/body_compiler.hpp"
 
 namespace truepose::sim::krl {
@@ -16,12 +16,6 @@ void BodyCompiler::read_pulse(TokenReader& reader) {
   expressions_.value_as(pulse.parts[1], {Kind::Bool}, "the level of PULSE");
   expressions_.value_as(pulse.parts[2], {Kind::Real}, "the time of PULSE");
   scope_.emit(Op::Pulse);
-}
-
-void BodyCompiler::compile_proceed(TokenReader& reader) {
-  reader.take();
-  reader.expect_end();
-  scope_.emit(Op::Proceed);
 }
 
 void BodyCompiler::compile_cyclical(TokenReader& reader) {

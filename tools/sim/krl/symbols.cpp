@@ -41,6 +41,12 @@ std::optional<std::size_t> Program::find_routine(std::string_view name) const {
   return found;
 }
 
+std::optional<std::size_t> Program::find_system(std::string_view name) const {
+  const auto found = std::ranges::find(systems, name, &Variable::name);
+  return found == systems.end() ? std::nullopt
+                                : std::optional{static_cast<std::size_t>(found - systems.begin())};
+}
+
 int Symbols::module_of(const std::string& name) {
   const auto at = std::ranges::find(modules_, name);
   if (at != modules_.end()) return static_cast<int>(at - modules_.begin());
@@ -158,6 +164,13 @@ bool begins_declaration(const TokenReader& reader, const Types& types) {
   const bool is_type =
       reader.peek(ahead).kind == TokenKind::Name && types.find(reader.peek(ahead).word()).has_value();
   return is_type && reader.peek(ahead + 1).kind == TokenKind::Name;
+}
+
+Direction read_direction(TokenReader& reader) {
+  if (!reader.take_if(":")) return Direction::Out;
+  const std::string direction = reader.take_name("IN or OUT");
+  if (direction != "IN" && direction != "OUT") reader.fail("IN or OUT is expected instead of " + direction);
+  return direction == "IN" ? Direction::In : Direction::Out;
 }
 
 Type type_of(const Token& name, const TokenReader& reader, const Types& types) {

@@ -65,6 +65,19 @@ class Symbols {
 
   /// Notes what is not known of a partial source. @param names  what it would have declared, in capitals
   void refuse(const Fault& fault, const std::vector<std::string>& names = {});
+  /// Does what may find a fault, which is noted of a partial source and else goes on to the caller.
+  /// @param names  as of refuse(). @return whether none was found
+  template <typename Part>
+  bool attempt(bool is_partial, Part part, const std::vector<std::string>& names = {}) {
+    try {
+      part();
+      return true;
+    } catch (const Fault& fault) {
+      if (!is_partial) throw;
+      refuse(fault, names);
+      return false;
+    }
+  }
   /// Why a name is not known: " (sps.sub:12: ...)"; empty where no partial source would have declared it.
   std::string why_unknown(const std::string& name) const;
 
@@ -81,6 +94,9 @@ class Symbols {
 /// Whether a declaration begins here: DECL, GLOBAL INT, INT X, E6POS P. `GLOBAL DEF` and `GLOBAL INTERRUPT`
 /// are none.
 bool begins_declaration(const TokenReader& reader, const Types& types);
+
+/// Reads :IN or :OUT; OUT where nothing stands.
+Direction read_direction(TokenReader& reader);
 
 /// The type that a name says. Errors: it is not known.
 Type type_of(const Token& name, const TokenReader& reader, const Types& types);

@@ -1,12 +1,29 @@
 #include "tools/sim/krl/type.hpp"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 namespace truepose::sim::krl {
+namespace {
+
+using SimpleKind = std::pair<std::string_view, Kind>;
+constexpr std::array<SimpleKind, 4> kSimpleKinds = {
+    {{"INT", Kind::Int}, {"REAL", Kind::Real}, {"BOOL", Kind::Bool}, {"CHAR", Kind::Char}}};
+
+}  // namespace
 
 std::string text_of(const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
   return text ? text->substr(0, text->find('\0')) : std::string{};
+}
+
+bool fill(std::string& array, std::string_view text) {
+  const std::size_t size = array.size();
+  if (text.size() > size) return false;
+  array = text;
+  array.resize(size, '\0');
+  return true;
 }
 
 bool is_set(const Value& value) {
@@ -31,10 +48,8 @@ bool Enumeration::has(std::string_view literal) const {
 }
 
 std::optional<Type> Types::find(std::string_view name) const {
-  if (name == "INT") return Type{Kind::Int};
-  if (name == "REAL") return Type{Kind::Real};
-  if (name == "BOOL") return Type{Kind::Bool};
-  if (name == "CHAR") return Type{Kind::Char};
+  const auto simple = std::ranges::find(kSimpleKinds, name, &SimpleKind::first);
+  if (simple != kSimpleKinds.end()) return Type{simple->second};
   const auto structure = std::ranges::find(structures_, name, &Structure::name);
   if (structure != structures_.end())
     return Type{Kind::Structure, static_cast<int>(structure - structures_.begin())};
@@ -46,35 +61,13 @@ std::optional<Type> Types::find(std::string_view name) const {
 
 std::string Types::name(const Type& type) const {
   std::string result;
-  switch (type.kind) {
-    case Kind::None:
-      return "nothing";
-    case Kind::Int:
-      result = "INT";
-      break;
-    case Kind::Real:
-      result = "REAL";
-      break;
-    case Kind::Bool:
-      result = "BOOL";
-      break;
-    case Kind::Char:
-      result = "CHAR";
-      break;
-    case Kind::Enumeration:
-      result = enumeration(type).name;
-      break;
-    case Kind::Structure:
-      result = structure(type).name;
-      break;
-  }
-  if (!type.is_array()) return result;
-  result += '[';
-  for (std::size_t i = 0; i < type.sizes.size(); ++i) {
-    if (i > 0) result += ',';
-    if (type.sizes[i] > 0) result += std::to_string(type.sizes[i]);
-  }
-  return result + ']';
+  for (std::size_t i = 0; i < type.sizes.size(); ++i)
+    result += (i > 0 ? "," : "[") + (type.sizes[i] > 0 ? std::to_string(type.sizes[i]) : "");
+  if (type.is_array()) result += "]";
+  if (type.kind == Kind::Structure) return structure(type).name + result;
+  if (type.kind == Kind::Enumeration) return enumeration(type).name + result;
+  const auto simple = std::ranges::find(kSimpleKinds, type.kind, &SimpleKind::second);
+  return simple == kSimpleKinds.end() ? "nothing" : std::string(simple->first) + result;
 }
 
 Value Types::blank(const Type& type) const {

@@ -31,6 +31,8 @@ struct Type {
   bool is(Kind k) const { return kind == k && !is_array(); }
   bool is_number() const { return is(Kind::Int) || is(Kind::Real); }
   bool is_text() const { return kind == Kind::Char && sizes.size() == 1; }
+  /// What SREAD and SWRITE know: a number, BOOL, CHAR or a text.
+  bool is_simple() const { return is_number() || is(Kind::Bool) || is(Kind::Char) || is_text(); }
   Type element() const { return {kind, id, {sizes.begin() + 1, sizes.end()}}; }
 };
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct Value : std::variant<std::monostate, std::int32_t, double, bool, char, Li
 
 /// The characters of a CHAR array up to the first that was not set; empty for any other value.
 std::string text_of(const Value& value);
+
+/// Puts a text into a CHAR array: what is left of that is not set. @return whether it has room
+bool fill(std::string& array, std::string_view text);
 
 /// Whether at least a part of it was set.
 bool is_set(const Value& value);
