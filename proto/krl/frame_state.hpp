@@ -17,7 +17,7 @@ struct FrameSettings {
   bool add(const FrameSettings& others);
 };
 
-/// What a statement sets, at once or later, to whatever: by $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
+/// What a statement sets to some value, at once or later: by $TOOL=, $BASE=, $IPO_MODE=, FDAT_ACT=, BAS().
 /// @param file  that it stands in
 FrameSettings settings_of(const ProgramStatement& statement, std::size_t file);
 

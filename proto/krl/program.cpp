@@ -332,6 +332,39 @@ void Reader::leave_unused() {
   }
 }
 
+/// The files of a text that have no fault so far.
+class GoodFiles {
+ public:
+  explicit GoodFiles(const ProgramText& text) : text_{text}, files_(text.files.size()) {
+    std::iota(files_.begin(), files_.end(), 0UZ);
+    // The data lists come first: where a name is declared twice, the SRC is wrong.
+    std::ranges::stable_partition(
+        files_, [&](std::size_t file) { return text.files[file].role != SourceText::Role::Program; });
+  }
+
+  template <typename Read>
+  void each(Read read) {
+    std::erase_if(files_, [&](std::size_t file) { return !is_read(file, read); });
+  }
+
+  std::vector<ProgramFault> faults;
+
+ private:
+  template <typename Read>
+  bool is_read(std::size_t file, Read& read) {
+    try {
+      read(file, text_.files[file]);
+      return true;
+    } catch (const Fault& fault) {
+      faults.push_back({{file, fault.at}, fault.what});
+      return false;
+    }
+  }
+
+  const ProgramText& text_;
+  std::vector<std::size_t> files_;
+};
+
 }  // namespace
 
 ProgramText program_text(std::string_view src, std::string_view dat, std::string_view config) {
@@ -341,36 +374,17 @@ ProgramText program_text(std::string_view src, std::string_view dat, std::string
 }
 
 std::expected<Program, ProgramFault> read_program(const ProgramText& text, const StartFrames& start) {
-  std::vector<ProgramFault> unread;
-  // The data lists come first: where a name is declared twice, the SRC is wrong.
-  std::vector<std::size_t> files(text.files.size());
-  std::iota(files.begin(), files.end(), 0UZ);
-  std::ranges::stable_partition(
-      files, [&](std::size_t file) { return text.files[file].role != SourceText::Role::Program; });
-  // A file that has a fault is left out from there on.
-  const auto each = [&](auto read) {
-    std::vector<std::size_t> good;
-    for (const std::size_t file : files) {
-      try {
-        read(file, text.files[file]);
-        good.push_back(file);
-      } catch (const Fault& fault) {
-        unread.push_back({{file, fault.at}, fault.what});
-      }
-    }
-    files = std::move(good);
-  };
-
+  GoodFiles files(text);
   std::vector<std::vector<ProgramStatement>> statements(text.files.size());
   Variables variables;
-  each([&](std::size_t file, const SourceText& source) {
+  files.each([&](std::size_t file, const SourceText& source) {
     auto read = read_statements(source.text);
     if (!read) throw read.error();
     variables.read_declarations(source, file, *read);
     statements[file] = *std::move(read);
   });
   FrameData data;
-  each([&](std::size_t file, const SourceText& source) {
+  files.each([&](std::size_t file, const SourceText& source) {
     variables.read_uses(source, file, statements[file]);
     if (source.role == SourceText::Role::Config) data.add(frame_data_of(statements[file]));
   });
@@ -379,12 +393,12 @@ std::expected<Program, ProgramFault> read_program(const ProgramText& text, const
 
   FrameState frames(variables, data, start);
   Reader reader(text, statements, variables, frames);
-  each([&](std::size_t file, const SourceText& source) {
+  files.each([&](std::size_t file, const SourceText& source) {
     if (source.role == SourceText::Role::Program) reader.read(file);
   });
-  if (!text.is_archive && !unread.empty()) return std::unexpected(unread.front());
+  if (!text.is_archive && !files.faults.empty()) return std::unexpected(files.faults.front());
   Program program = reader.finish();
-  program.unread = std::move(unread);
+  program.unread = std::move(files.faults);
   return program;
 }
 

@@ -36,7 +36,7 @@ void add_component(Open& aggregate, const Token& name) {
     throw Fault{name.at, "too many components; give at most 256"};
 }
 
-/// Throws Fault where the tokens are no KRL, whatever statement they are.
+/// Throws Fault where the tokens are part of no statement of KRL.
 void check(Tokens tokens) {
   std::vector<Open> open;
   for (std::size_t i = 0; i < tokens.size(); ++i) {
@@ -64,12 +64,8 @@ Tokens action_of(Tokens statement) {
 
 /// Of POS, E6POS, AXIS, E6AXIS, FRAME and FDAT: what is declared of them says where the arm goes.
 std::optional<Declaration> declaration_in(Tokens statement) {
-  const auto type = std::ranges::find_if_not(statement, [](const Token& token) {
-    return token.is_any_of({"DECL", "GLOBAL", "CONST"});
-  });
-  if (type == statement.end() || type + 1 == statement.end() || type[1].kind != TokenKind::Name)
-    return std::nullopt;
-  if (!type->is_any_of({"E6POS", "POS", "E6AXIS", "AXIS", "FRAME", "FDAT"})) return std::nullopt;
+  const Token* type = declared_type(statement);
+  if (!type || !type->is_any_of({"E6POS", "POS", "E6AXIS", "AXIS", "FRAME", "FDAT"})) return std::nullopt;
   Declaration declaration;
   read_if(statement, [&](TokenReader& reader) {
     read_declaration(reader, declaration);
@@ -109,7 +105,8 @@ void read_forms(ProgramStatement& statement) {
   check(tokens);
   statement.action = action_of(tokens);
   statement.declaration = declaration_in(tokens);
-  statement.assignment = read_if(statement.action, read_change);
+  if (statement.action.size() > 1 && statement.action[1].is_any_of({"=", "[", "."}))
+    statement.assignment = read_if(statement.action, read_change);
   // A variable may be called like a motion.
   if (!statement.assignment && is_motion(tokens[0])) statement.motion = read_if(tokens, read_motion);
   if (tokens[0].is_any_of({"SPLINE", "PTP_SPLINE"}))

@@ -54,6 +54,14 @@ Motion read_motion(TokenReader& reader) {
   return motion;
 }
 
+const Token* declared_type(Tokens statement) {
+  std::size_t i = 0;
+  while (i < statement.size() && statement[i].is_any_of({"DECL", "GLOBAL", "CONST"})) ++i;
+  const bool is_one = i + 1 < statement.size() && statement[i].kind == TokenKind::Name &&
+                      statement[i + 1].kind == TokenKind::Name;
+  return is_one ? &statement[i] : nullptr;
+}
+
 void read_declaration(TokenReader& reader, Declaration& declaration) {
   for (; reader.peek().is_any_of({"DECL", "GLOBAL", "CONST"}); reader.take()) {
     declaration.is_global |= reader.next_is("GLOBAL");

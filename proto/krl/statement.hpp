@@ -44,6 +44,9 @@ struct Declaration {
   Token type;
   std::vector<Name> names;
 };
+/// The type of what may be a declaration: DECL, GLOBAL, CONST or nothing stands before it, a name behind it.
+/// Null where none is.
+const Token* declared_type(Tokens statement);
 /// @param declaration  is filled as far as it can be read
 void read_declaration(TokenReader& reader, Declaration& declaration);
 

@@ -134,6 +134,7 @@ TEST(KrlProgram, WhatIsSetOutOfTheOrderOfTheTextIsUnknownUntilItIsSetAgain) {
   EXPECT_THAT(frames(go + trigger + "$BASE=$NULLFRAME\n" + go), ElementsAre("1 10", "1 o"));
   EXPECT_THAT(frames(trigger + "SETS() PRIO=-1\n" + go + "BAS(#TOOL,1)\n" + go, sets),
               ElementsAre("o 10", "1 10"));
+  EXPECT_THAT(frames(trigger + "BAS(#TOOL,2) PRIO=-1\n" + go), ElementsAre("o 10"));
   EXPECT_THAT(frames(go + interrupt + "SETS()\nBAS(#TOOL,1)\n" + go, sets), ElementsAre("o 10", "o 10"));
   EXPECT_THAT(frames("GLOBAL " + interrupt + "$BASE.X=3\n" + go), ElementsAre("1 o"));
 }
@@ -238,6 +239,7 @@ TEST(KrlProgram, FaultsNameTheirFileAndByte) {
     return Read(src, dat).program.error();
   };
   EXPECT_EQ(fault("PTP {X 1,\n", "").spot.at, 12U);
+  EXPECT_EQ(fault("PTP $POS_ACT:{X 1,\n", "").spot.at, 21U);
   EXPECT_EQ(fault("PTP\n", "").what, "PTP has too few targets; it goes to 1");
   const ProgramFault twice = fault("", "E6POS A\nPOS a\n");
   EXPECT_EQ(twice.spot.file, 1u);

@@ -13,21 +13,15 @@ constexpr std::size_t kDeepestBlock = 60;
 /// The head of a subprogram and its declarations.
 class RoutineScanner {
  public:
-  RoutineScanner(const std::string& file, std::span<const Statement> statements, int module, bool is_partial,
-                 Symbols& symbols)
-      : file_{file},
-        statements_{statements},
-        module_{module},
-        is_partial_{is_partial},
-        symbols_{symbols},
-        index_{symbols.add_file(file)} {}
+  RoutineScanner(const ModuleFile& file, Symbols& symbols)
+      : file_{file}, statements_{file.statements}, symbols_{symbols} {}
 
   std::vector<Body> scan() {
     std::vector<Body> bodies;
     while (at_ < statements_.size()) {
       const std::size_t first = at_;
       const auto read = [&] { bodies.push_back(routine()); };
-      if (symbols_.attempt(is_partial_, read, {name_of(statements_[first])})) continue;
+      if (symbols_.attempt(file_.is_partial, read, {name_of(statements_[first])})) continue;
       for (at_ = first + 1; at_ < statements_.size() && !begins_routine(statements_[at_]);) ++at_;
     }
     return bodies;
@@ -41,8 +35,8 @@ class RoutineScanner {
   }
 
   Body routine() {
-    StatementReader reader(file_, statements_[at_]);
-    Routine routine{.file = index_, .line = statements_[at_][0].line, .module = module_};
+    StatementReader reader(file_.name, statements_[at_]);
+    Routine routine{.file = file_.file, .line = statements_[at_][0].line, .module = file_.module};
     routine.is_global = reader.take_if("GLOBAL");
     const bool is_function = reader.take_if("DEFFCT");
     if (!is_function && !reader.take_if("DEF"))
@@ -54,21 +48,18 @@ class RoutineScanner {
     routine.name = reader.take_name("the name of the subprogram");
     symbols_.check_new_name(routine.name, reader);
     // The first subprogram of a module carries its name and is known everywhere.
-    routine.is_global = routine.is_global || routine.name == symbols_.module_name(module_);
+    routine.is_global = routine.is_global || routine.name == symbols_.module_name(file_.module);
     read_parameters(reader, routine);
     reader.expect_end();
     ++at_;
     Body body{.routine = symbols_.program.routines.size(),
-              .file = file_,
-              .is_submit = is_submit(),
-              .is_partial = is_partial_};
+              .file = &file_,
+              .is_submit = in_capitals(file_.name).ends_with(".SUB")};
     read_declarations(routine, body);
     take_statements(routine, is_function ? "ENDFCT" : "END", body);
     symbols_.add_routine(std::move(routine));
     return body;
   }
-
-  bool is_submit() const { return in_capitals(file_).ends_with(".SUB"); }
 
   void read_parameters(TokenReader& reader, Routine& routine) {
     reader.expect("(");
@@ -91,14 +82,14 @@ class RoutineScanner {
   void read_declarations(Routine& routine, Body& body) {
     for (const Parameter& parameter : routine.parameters) body.locals.push_back({parameter.name, {}});
     for (; at_ < statements_.size(); ++at_) {
-      StatementReader reader(file_, statements_[at_]);
+      StatementReader reader(file_.name, statements_[at_]);
       if (!begins_declaration(reader, symbols_.program.types)) break;
-      symbols_.attempt(is_partial_, [&] { read_declaration(reader, body); });
+      symbols_.attempt(file_.is_partial, [&] { read_declaration(reader, body); });
     }
     for (std::size_t i = 0; i < routine.parameters.size(); ++i) {
       routine.parameters[i].type = body.locals[i].type;
       if (body.locals[i].type.kind == Kind::None)
-        throw Fault{file_, routine.line,
+        throw Fault{file_.name, routine.line,
                     "the type of the parameter " + body.locals[i].name + " is not declared"};
     }
   }
@@ -136,32 +127,28 @@ class RoutineScanner {
       const Statement& statement = statements_[at_];
       if (statement[0].is(end)) break;
       if (statement[0].is_any_of({"DEF", "DEFFCT", "END", "ENDFCT"}))
-        throw Fault{file_, statement[0].line, std::string(end) + " of " + routine.name + " is missing"};
+        throw Fault{file_.name, statement[0].line, std::string(end) + " of " + routine.name + " is missing"};
     }
     if (at_ == statements_.size())
-      throw Fault{file_, routine.line, std::string(end) + " of " + routine.name + " is missing"};
+      throw Fault{file_.name, routine.line, std::string(end) + " of " + routine.name + " is missing"};
     body.statements = statements_.subspan(first, at_ - first);
     body.end = statements_[at_];
-    StatementReader reader(file_, body.end);
+    StatementReader reader(file_.name, body.end);
     reader.take();
     reader.expect_end();
     ++at_;
   }
 
-  const std::string& file_;
+  const ModuleFile& file_;
   std::span<const Statement> statements_;
-  int module_;
-  bool is_partial_;
   Symbols& symbols_;
-  int index_;
   std::size_t at_ = 0;
 };
 
 }  // namespace
 
-std::vector<Body> scan_routines(const std::string& file, std::span<const Statement> statements, int module,
-                                bool is_partial, Symbols& symbols) {
-  return RoutineScanner(file, statements, module, is_partial, symbols).scan();
+std::vector<Body> scan_routines(const ModuleFile& file, Symbols& symbols) {
+  return RoutineScanner(file, symbols).scan();
 }
 
 BodyCompiler::BodyCompiler(const Body& body, Symbols& symbols)
@@ -206,7 +193,8 @@ std::string BodyCompiler::block(std::initializer_list<std::string_view> ends, co
   if (blocks_.size() == kDeepestBlock) scope_.fail("loops and branches are nested too deeply");
   blocks_.push_back(++block_count_);
   while (true) {
-    if (at_end()) throw Fault{body_.file, opened[0].line, std::string(*(ends.end() - 1)) + " is missing"};
+    if (at_end())
+      throw Fault{body_.file->name, opened[0].line, std::string(*(ends.end() - 1)) + " is missing"};
     for (const std::string_view end : ends) {
       if (!next_begins_with(end)) continue;
       blocks_.pop_back();
@@ -218,7 +206,7 @@ std::string BodyCompiler::block(std::initializer_list<std::string_view> ends, co
 }
 
 void BodyCompiler::close(std::string_view word) {
-  StatementReader reader(body_.file, body_.statements[at_++]);
+  StatementReader reader(body_.file->name, body_.statements[at_++]);
   reader.expect(word);
   reader.expect_end();
 }
@@ -228,7 +216,7 @@ void BodyCompiler::statement() {
   scope_.line = statement[0].line;
   scope_.is_continued = std::exchange(continued_, false);
   scope_.emit(Op::Statement);
-  StatementReader reader(body_.file, statement);
+  StatementReader reader(body_.file->name, statement);
   attempt([&] { dispatch(reader); });
 }
 
@@ -239,7 +227,7 @@ void BodyCompiler::attempt(const std::function<void()>& part) {
 }
 
 void BodyCompiler::attempt(const std::function<void()>& part, const std::function<bool()>& leaves_it) {
-  if (!body_.is_partial) return part();
+  if (!body_.file->is_partial) return part();
   const std::size_t before = scope_.here();
   const std::vector<Field> locals = scope_.locals;
   try {

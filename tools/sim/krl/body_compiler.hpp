@@ -16,15 +16,13 @@ struct Body {
   std::vector<Field> locals;  ///< the parameters first
   std::span<const Statement> statements;
   Statement end;  ///< END or ENDFCT
-  std::string file;
+  const ModuleFile* file = nullptr;
   bool is_submit = false;
-  bool is_partial = false;  ///< as Source::is_partial
 };
 
 /// Finds the subprograms of a .src or .sub. Throws Fault.
-/// @param statements  outlive the bodies
-std::vector<Body> scan_routines(const std::string& file, std::span<const Statement> statements, int module,
-                                bool is_partial, Symbols& symbols);
+/// @param file  outlives the bodies
+std::vector<Body> scan_routines(const ModuleFile& file, Symbols& symbols);
 
 /// Writes the code of one subprogram. Throws Fault.
 class BodyCompiler {

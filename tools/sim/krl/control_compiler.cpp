@@ -46,14 +46,15 @@ void BodyCompiler::compile_switch(TokenReader& reader) {
     scope_.emit(Op::Store);
   });
   if (!next_begins_with("CASE"))
-    throw Fault{body_.file, at_end() ? opened[0].line : body_.statements[at_][0].line, "CASE is expected"};
+    throw Fault{body_.file->name, at_end() ? opened[0].line : body_.statements[at_][0].line,
+                "CASE is expected"};
   std::vector<std::size_t> exits;
   while (next_begins_with("CASE")) compile_case(subject, type, exits);
   if (next_begins_with("DEFAULT")) {
     close("DEFAULT");
     block({"ENDSWITCH"}, opened);
   }
-  if (!next_begins_with("ENDSWITCH")) throw Fault{body_.file, opened[0].line, "ENDSWITCH is missing"};
+  if (!next_begins_with("ENDSWITCH")) throw Fault{body_.file->name, opened[0].line, "ENDSWITCH is missing"};
   close("ENDSWITCH");
   for (const std::size_t exit : exits) scope_.land(exit);
 }
@@ -61,7 +62,7 @@ void BodyCompiler::compile_switch(TokenReader& reader) {
 void BodyCompiler::compile_case(std::size_t subject, const Type& type, std::vector<std::size_t>& exits) {
   const Statement& opened = body_.statements[at_++];
   scope_.line = opened[0].line;
-  StatementReader reader(body_.file, opened);
+  StatementReader reader(body_.file->name, opened);
   reader.expect("CASE");
   std::vector<std::size_t> matches;
   attempt([&] {
@@ -119,7 +120,7 @@ void BodyCompiler::compile_repeat(TokenReader& reader) {
   reader.take();
   reader.expect_end();
   loop("UNTIL", [this, start = scope_.here()] {
-    StatementReader end(body_.file, body_.statements[at_++]);
+    StatementReader end(body_.file->name, body_.statements[at_++]);
     end.take();
     attempt([&] {
       condition(end, "the condition of UNTIL");
@@ -204,10 +205,10 @@ void BodyCompiler::land_gotos() {
   for (const Goto& jump : gotos_) {
     const auto label = labels_.find(jump.label);
     if (label == labels_.end())
-      throw Fault{body_.file, jump.line, "the label " + jump.label + " is not known"};
+      throw Fault{body_.file->name, jump.line, "the label " + jump.label + " is not known"};
     const std::vector<int>& around = label->second.blocks;
     if (!std::ranges::equal(around, jump.blocks | std::views::take(around.size())))
-      throw Fault{body_.file, jump.line, "GOTO leads into a loop or branch"};
+      throw Fault{body_.file->name, jump.line, "GOTO leads into a loop or branch"};
     symbols_.program.code[jump.jump].a = static_cast<std::int32_t>(label->second.at);
   }
 }

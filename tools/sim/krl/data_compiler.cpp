@@ -30,7 +30,7 @@ Enumeration read_enumeration(TokenReader& reader) {
 
 /// Adds a type. A file may declare again what the controller has, as $config.dat of a real one does.
 template <typename T>
-void add_type(T type, const DataList& list, TokenReader& reader, Symbols& symbols) {
+void add_type(T type, const ModuleFile& list, TokenReader& reader, Symbols& symbols) {
   if (list.is_partial && symbols.program.types.has(type)) return;
   symbols.check_new_name(type.name, reader);
   if (symbols.program.types.find(type.name)) reader.fail("the type " + type.name + " is declared twice");
@@ -65,7 +65,7 @@ bool has_constant_indices(const Expression& variable) {
 
 class DataCompiler {
  public:
-  DataCompiler(const DataList& list, Symbols& symbols, const std::vector<std::string>& pass_advance_run)
+  DataCompiler(const ModuleFile& list, Symbols& symbols, const std::vector<std::string>& pass_advance_run)
       : list_{list},
         symbols_{symbols},
         pass_advance_run_{pass_advance_run},
@@ -267,7 +267,7 @@ class DataCompiler {
       reader.fail("EXT: no file that is loaded has the subprogram " + name);
   }
 
-  const DataList& list_;
+  const ModuleFile& list_;
   Symbols& symbols_;
   const std::vector<std::string>& pass_advance_run_;
   Scope scope_;
@@ -275,7 +275,7 @@ class DataCompiler {
 
 }  // namespace
 
-void collect_types(const DataList& list, Symbols& symbols) {
+void collect_types(const ModuleFile& list, Symbols& symbols) {
   for (const Statement& statement : list.statements) {
     const bool is_structure = declares_type(statement, "STRUC");
     if (!is_structure && !declares_type(statement, "ENUM")) continue;
@@ -290,7 +290,8 @@ void collect_types(const DataList& list, Symbols& symbols) {
   }
 }
 
-void compile_data(const DataList& list, Symbols& symbols, const std::vector<std::string>& pass_advance_run) {
+void compile_data(const ModuleFile& list, Symbols& symbols,
+                  const std::vector<std::string>& pass_advance_run) {
   DataCompiler(list, symbols, pass_advance_run).compile();
 }
 

@@ -59,21 +59,12 @@ void set_part(Value& whole, Path path, Value value) {
 bool has_type(const Value& value, const Type& type, const Types& types) {
   if (std::holds_alternative<std::monostate>(value)) return true;
   if (type.is_text()) return std::holds_alternative<std::string>(value);
-  if (type.is_array() || type.kind == Kind::Structure) {
-    const auto* parts = std::get_if<Parts>(&value);
-    if (!parts) return false;
-    if (type.is_array()) {
-      const Type element = type.element();
-      const bool fits = type.sizes[0] == 0 || static_cast<int>(parts->size()) == type.sizes[0];
-      return fits &&
-             std::ranges::all_of(*parts, [&](const Value& part) { return has_type(part, element, types); });
-    }
-    const auto& fields = types.structure(type).fields;
-    if (parts->size() != fields.size()) return false;
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      if (!has_type((*parts)[i], fields[i].type, types)) return false;
-    }
-    return true;
+  const auto* parts = std::get_if<Parts>(&value);
+  if (type.is_array()) {
+    const bool fits = parts && (type.sizes[0] == 0 || static_cast<int>(parts->size()) == type.sizes[0]);
+    return fits && std::ranges::all_of(*parts, [&, element = type.element()](const Value& part) {
+             return has_type(part, element, types);
+           });
   }
   switch (type.kind) {
     case Kind::Int:
@@ -88,6 +79,11 @@ bool has_type(const Value& value, const Type& type, const Types& types) {
       const auto* literal = std::get_if<Literal>(&value);
       return literal && types.enumeration(type).has(literal->name);
     }
+    case Kind::Structure:
+      return parts && std::ranges::equal(*parts, types.structure(type).fields,
+                                         [&](const Value& part, const Field& field) {
+                                           return has_type(part, field.type, types);
+                                         });
     default:
       return false;
   }

@@ -1,9 +1,10 @@
 #include "tools/sim/krl/expression_compiler.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <utility>
+
+#include "proto/krl/position.hpp"
 
 namespace truepose::sim::krl {
 namespace {
@@ -275,8 +276,8 @@ Type ExpressionCompiler::frame(const Expression& expression) {
 Type ExpressionCompiler::target(const Expression& expression) {
   Type type;
   if (expression.kind == ExpressionKind::Aggregate && expression.name.empty()) {
-    const bool names_axes = expression.names[0].is_any_of({"A1", "A2", "A3", "A4", "A5", "A6"});
-    type = aggregate(expression, *scope_.types().find(names_axes ? "E6AXIS" : "E6POS"));
+    const bool is_of_axes = form_of(expression) == truepose::krl::PositionForm::Axes;
+    type = aggregate(expression, *scope_.types().find(is_of_axes ? "E6AXIS" : "E6POS"));
   } else {
     type = value(expression);
   }

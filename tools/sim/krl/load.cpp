@@ -22,14 +22,6 @@ FileName split(const std::string& file) {
   return {name.substr(0, dot), name.substr(dot)};
 }
 
-/// A module's statements, which its bodies refer to.
-struct ProgramFile {
-  std::string name;
-  std::vector<Statement> statements;
-  int module = 0;
-  bool is_partial = false;
-};
-
 class Loader {
  public:
   explicit Loader(const Environment& environment) : environment_{environment} {}
@@ -43,13 +35,12 @@ class Loader {
     for (const Source& source : sources)
       symbols_.attempt(source.is_partial, [&] { sort_in(source); }, {split(source.file).module});
     // What the whole controller knows comes first.
-    std::ranges::stable_partition(lists_, &DataList::is_global);
-    for (const DataList& list : lists_) collect_types(list, symbols_);
+    std::ranges::stable_partition(lists_, &ModuleFile::is_global);
+    for (const ModuleFile& list : lists_) collect_types(list, symbols_);
     std::vector<Body> bodies;
-    for (const ProgramFile& file : files_)
-      std::ranges::move(scan_routines(file.name, file.statements, file.module, file.is_partial, symbols_),
-                        std::back_inserter(bodies));
-    for (const DataList& list : lists_) compile_data(list, symbols_, environment_.pass_advance_run);
+    for (const ModuleFile& file : programs_)
+      std::ranges::move(scan_routines(file, symbols_), std::back_inserter(bodies));
+    for (const ModuleFile& list : lists_) compile_data(list, symbols_, environment_.pass_advance_run);
     symbols_.program.code.push_back({Op::Done});
     for (const Body& body : bodies) BodyCompiler(body, symbols_).compile();
     Memory{symbols_.program};  // finds initial values that do not fit
@@ -58,38 +49,33 @@ class Loader {
 
  private:
   void declare(const std::string& name, std::string_view text) {
-    const DataList list{.name = name,
-                        .statements = statements_of(name, text),
-                        .module = symbols_.module_of("$" + name),
-                        .file = symbols_.add_file(name),
-                        .is_environment = true,
-                        .is_global = true};
+    const ModuleFile list{.name = name,
+                          .statements = statements_of(name, text),
+                          .module = symbols_.module_of("$" + name),
+                          .file = symbols_.add_file(name),
+                          .is_environment = true,
+                          .is_global = true};
     collect_types(list, symbols_);
     compile_data(list, symbols_, environment_.pass_advance_run);
   }
 
   void sort_in(const Source& source) {
     const FileName name = split(source.file);
-    const int module = symbols_.module_of(name.module);
-    std::vector<Statement> statements = statements_of(source.file, source.text);
-    if (name.extension == ".DAT") {
-      lists_.push_back({.name = source.file,
-                        .statements = std::move(statements),
-                        .module = module,
-                        .file = symbols_.add_file(source.file),
-                        .is_global = name.module.starts_with('$'),
-                        .is_partial = source.is_partial});
-    } else if (name.extension == ".SRC" || name.extension == ".SUB") {
-      files_.push_back({source.file, std::move(statements), module, source.is_partial});
-    } else {
+    const bool is_program = name.extension == ".SRC" || name.extension == ".SUB";
+    if (!is_program && name.extension != ".DAT")
       throw Fault{source.file, 0, "a file of KRL ends in .src, .sub or .dat"};
-    }
+    (is_program ? programs_ : lists_)
+        .push_back({.name = source.file,
+                    .statements = statements_of(source.file, source.text),
+                    .module = symbols_.module_of(name.module),
+                    .file = symbols_.add_file(source.file),
+                    .is_global = name.module.starts_with('$'),
+                    .is_partial = source.is_partial});
   }
 
   const Environment& environment_;
   Symbols symbols_;
-  std::vector<DataList> lists_;
-  std::vector<ProgramFile> files_;
+  std::vector<ModuleFile> lists_, programs_;
 };
 
 }  // namespace

@@ -32,7 +32,7 @@ void BodyCompiler::compile_block(TokenReader& reader) {
   MotionShape block{.kind = word.is("SPLINE") ? MotionKind::Spline : MotionKind::PtpSpline,
                     .settings = settings.size()};
   block.segments = segments(block.kind, opened);
-  StatementReader end(body_.file, body_.statements[at_++]);
+  StatementReader end(body_.file->name, body_.statements[at_++]);
   end.expect("ENDSPLINE");
   block.approximation = read_approximation(end, true);
   end.expect_end();
@@ -49,10 +49,10 @@ std::vector<MotionShape> BodyCompiler::segments(MotionKind block, const Statemen
   std::vector<MotionShape> segments;
   std::vector<TriggerShape> triggers;
   while (!next_begins_with("ENDSPLINE")) {
-    if (at_end()) throw Fault{body_.file, opened[0].line, "ENDSPLINE is missing"};
+    if (at_end()) throw Fault{body_.file->name, opened[0].line, "ENDSPLINE is missing"};
     const Statement& statement = body_.statements[at_++];
     scope_.line = statement[0].line;
-    StatementReader reader(body_.file, statement);
+    StatementReader reader(body_.file->name, statement);
     if (reader.next_is("TRIGGER")) {
       triggers.push_back(read_trigger(reader, true));
     } else if (reader.next_is("TIME_BLOCK") && block == MotionKind::Spline) {
@@ -66,7 +66,7 @@ std::vector<MotionShape> BodyCompiler::segments(MotionKind block, const Statemen
     reader.expect_end();
   }
   if (segments.empty() || !triggers.empty())
-    throw Fault{body_.file, body_.statements[at_][0].line, "a segment is expected before ENDSPLINE"};
+    throw Fault{body_.file->name, body_.statements[at_][0].line, "a segment is expected before ENDSPLINE"};
   return segments;
 }
 

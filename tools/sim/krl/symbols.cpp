@@ -158,12 +158,8 @@ void Symbols::check_new_name(const std::string& name, const TokenReader& reader)
 }
 
 bool begins_declaration(const TokenReader& reader, const Types& types) {
-  if (reader.next_is("DECL")) return true;
-  std::size_t ahead = 0;
-  while (reader.peek(ahead).is("GLOBAL") || reader.peek(ahead).is("CONST")) ++ahead;
-  const bool is_type =
-      reader.peek(ahead).kind == TokenKind::Name && types.find(reader.peek(ahead).word()).has_value();
-  return is_type && reader.peek(ahead + 1).kind == TokenKind::Name;
+  const Token* type = declared_type(reader.rest());
+  return reader.next_is("DECL") || (type && types.find(type->word()));
 }
 
 Direction read_direction(TokenReader& reader) {

@@ -13,6 +13,17 @@ namespace truepose::sim::krl {
 
 enum class Storage { Local, Global, System };
 
+/// A file of a module, or the declarations of the environment, which are a data list.
+struct ModuleFile {
+  std::string name;  ///< for messages
+  std::vector<Statement> statements;
+  int module = 0;
+  int file = 0;
+  bool is_environment = false;  ///< without DEFDAT and ENDDAT; all of it is known to all, and EXT declares
+  bool is_global = false;       ///< all of its data is known to all modules
+  bool is_partial = false;      ///< as Source::is_partial
+};
+
 /// What a name of a variable stands for.
 struct Symbol {
   Storage storage = Storage::Local;

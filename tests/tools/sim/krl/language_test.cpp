@@ -57,6 +57,8 @@ TEST(Expressions, KnowBitsAndCodedNumbers) {
   EXPECT_EQ(ran("I='H1F' B_AND 'B10110'").integer("I"), 22);
   EXPECT_EQ(ran("I='HFF' B_EXOR 'H0F'").integer("I"), 0xF0);
   EXPECT_EQ(ran("I=B_NOT 0").integer("I"), -1);
+  EXPECT_EQ(ran("I='B 01 01'").integer("I"), 5) << "blanks within are allowed";
+  EXPECT_EQ(ran("I='HFFFFFFFF'").integer("I"), -1);
 }
 
 TEST(Expressions, KnowAnglesInDegrees) {
