@@ -22,6 +22,7 @@ constexpr std::array<std::string_view, 1> kGeometric = {":"};
 /// From the weakest to the strongest.
 constexpr std::array<std::span<const std::string_view>, 7> kRanks = {kComparisons, kOr,       kExor,     kAnd,
                                                                      kSums,        kProducts, kGeometric};
+constexpr int kNoRank = -1;
 
 class ExpressionReader {
  public:
@@ -55,7 +56,8 @@ class ExpressionReader {
       const bool is_omitted = reader_.next_is(",") || (!is_first && reader_.next_is(")"));
       result.parts.push_back(is_omitted ? begun(ExpressionKind::Omitted) : expression());
     }
-    return ended(std::move(result));
+    take_last(result);
+    return result;
   }
 
  private:
@@ -65,11 +67,15 @@ class ExpressionReader {
 
   Expression begun(ExpressionKind kind) const { return {.kind = kind, .token = reader_.peek()}; }
 
-  /// Takes its last token.
-  Expression ended(Expression expression) {
+  void take_last(Expression& expression) {
     reader_.take();
     expression.end = reader_.end();
-    return expression;
+  }
+
+  Expression whole(Expression array) {
+    Expression result = around(ExpressionKind::Whole, std::move(array));
+    take_last(result);
+    return result;
   }
 
   /// What begins with another expression.
@@ -79,26 +85,29 @@ class ExpressionReader {
     return result;
   }
 
-  Expression binary(std::size_t rank) {
-    if (rank == kRanks.size()) return unary();
-    Expression left = binary(rank + 1);
-    int operators = 0;
-    while (is_of_rank(rank)) {
+  /// @param weakest  rank that its operators have at least
+  Expression binary(int weakest) {
+    Expression left = unary();
+    int before = kNoRank, operators = 0;
+    for (int rank = next_rank(); rank >= weakest; rank = next_rank()) {
       // A long sum is a deep tree to the left.
-      if (++operators > kDeepest) reader_.fail("the expression has too many operators");
+      operators = rank == before ? operators + 1 : 1;
+      if (operators > kDeepest) reader_.fail("the expression has too many operators");
       left = around(ExpressionKind::Binary, std::move(left));
       left.name = reader_.take().word();
       left.parts.push_back(binary(rank + 1));
       left.end = left.parts.back().end;
+      before = rank;
     }
     return left;
   }
 
-  bool is_of_rank(std::size_t rank) const {
-    for (const std::string_view symbol : kRanks[rank]) {
-      if (reader_.next_is(symbol)) return true;
-    }
-    return false;
+  int next_rank() const {
+    const Token& next = reader_.peek();
+    const auto found = std::ranges::find_if(kRanks, [&](std::span<const std::string_view> operators) {
+      return std::ranges::any_of(operators, [&](std::string_view its) { return next.is(its); });
+    });
+    return found == kRanks.end() ? kNoRank : static_cast<int>(found - kRanks.begin());
   }
 
   Expression unary() {
@@ -127,7 +136,8 @@ class ExpressionReader {
     const bool is_literal = next.kind == TokenKind::Constant;
     Expression result = begun(is_literal ? ExpressionKind::Literal : ExpressionKind::Constant);
     result.name = next.word();
-    return ended(std::move(result));
+    take_last(result);
+    return result;
   }
 
   Expression component(Expression structure) {
@@ -144,13 +154,12 @@ class ExpressionReader {
     while (reader_.peek(commas).is(",")) ++commas;
     if (reader_.peek(commas).is("]")) {
       for (; commas > 0; --commas) reader_.take();
-      return ended(around(ExpressionKind::Whole, std::move(array)));
+      return whole(std::move(array));
     }
     Expression result = around(ExpressionKind::Element, std::move(array));
     do {
       // NAME[1,] is a row of an array of texts.
-      if (reader_.next_is("]") && result.parts.size() > 1)
-        return ended(around(ExpressionKind::Whole, std::move(result)));
+      if (reader_.next_is("]") && result.parts.size() > 1) return whole(std::move(result));
       result.parts.push_back(expression());
     } while (reader_.take_if(","));
     reader_.expect("]");

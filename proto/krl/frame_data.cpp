@@ -4,6 +4,27 @@
 #include "proto/krl/rewrite.hpp"
 
 namespace truepose::krl {
+namespace {
+
+/// TOOL_DATA[n]=, BASE_DATA[n]= or MACHINE_FRAME_DAT[n]=.
+void read_element(const Assignment& assignment, FrameData& data) {
+  const auto& [variable, value] = assignment;
+  const bool is_element = variable.kind == ExpressionKind::Element && variable.parts.size() == 2;
+  const auto index = is_element ? index_of(variable.parts[1]) : std::nullopt;
+  if (!index || value.kind != ExpressionKind::Aggregate) return;
+  const std::string& table = variable.root().name;
+  if (table == "TOOL_DATA" || table == "BASE_DATA") {
+    const auto position = position_of(value, 0);
+    if (position && position->form == PositionForm::Cartesian)
+      (table == "TOOL_DATA" ? data.tools : data.bases)[*index] = pose_of(*position);
+  } else if (const Expression* machine = value.find("MACH_DEF_INDEX");
+             table == "MACHINE_FRAME_DAT" && machine && index_of(*machine).value_or(0) > 0) {
+    data.moving_bases.insert(*index);
+  }
+}
+
+}  // namespace
+
 void FrameData::add(const FrameData& more) {
   tools.insert(more.tools.begin(), more.tools.end());
   bases.insert(more.bases.begin(), more.bases.end());
@@ -29,24 +50,11 @@ std::expected<FrameData, Fault> read_frame_data(std::string_view text) {
   return frame_data_of(*statements);
 }
 
-FrameData frame_data_of(Statements statements) {
+FrameData frame_data_of(const TextStatements& statements) {
   FrameData data;
-  for (const ProgramStatement& statement : statements) {
-    if (!statement.assignment) continue;
-    const auto& [variable, value] = *statement.assignment;
-    const bool is_element = variable.kind == ExpressionKind::Element && variable.parts.size() == 2;
-    const auto index = is_element ? index_of(variable.parts[1]) : std::nullopt;
-    if (!index || value.kind != ExpressionKind::Aggregate) continue;
-    const std::string& table = variable.root().name;
-    if (table == "TOOL_DATA" || table == "BASE_DATA") {
-      const auto position = position_of(value, 0);
-      if (position && position->form == PositionForm::Cartesian)
-        (table == "TOOL_DATA" ? data.tools : data.bases)[*index] = pose_of(*position);
-    } else if (const Expression* machine = value.find("MACH_DEF_INDEX");
-               table == "MACHINE_FRAME_DAT" && machine && index_of(*machine).value_or(0) > 0) {
-      data.moving_bases.insert(*index);
-    }
-  }
+  statements.uses.each([&](const ProgramStatement& statement) {
+    if (const auto assignment = statement.assignment()) read_element(*assignment, data);
+  });
   return data;
 }
 

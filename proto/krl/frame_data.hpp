@@ -22,7 +22,7 @@ struct FrameData {
 
 /// Errors: as read_statements().
 std::expected<FrameData, Fault> read_frame_data(std::string_view text);
-FrameData frame_data_of(Statements statements);
+FrameData frame_data_of(const TextStatements& statements);
 
 /// "TOOL_DATA[3]={X 100.0,Y 0.0,Z 250.0,A 0.0,B 0.0,C 0.0}"
 /// @param table   TOOL_DATA, BASE_DATA or MACHINE_DEF

@@ -23,10 +23,35 @@ std::string jump_of(Tokens statement) {
   return statement.size() == 2 && statement[0].is("GOTO") ? statement[1].word() : "";
 }
 
+/// What BAS() sets is known without its text.
+std::vector<std::string> called_by(const ProgramStatement& statement) {
+  std::vector<std::string> names;
+  for (const Expression& call : statement.calls()) {
+    if (statement.is_head || call.name != "BAS") names.push_back(call.name);
+  }
+  return names;
+}
+
+FrameAct act_of(const ProgramStatement& statement, std::size_t file) {
+  return {.at = statement.at(),
+          .routine = statement.routine,
+          .set = settings_of(statement, file),
+          .calls = called_by(statement),
+          .label = label_of(statement.tokens),
+          .jump = jump_of(statement.tokens),
+          .is_head = statement.is_head,
+          .is_later = statement.is_later(),
+          .is_interrupt = declares_interrupt(statement.tokens)};
+}
+
+bool says_nothing(const FrameAct& act) {
+  return !act.is_head && !act.set && act.calls.empty() && act.label.empty() && act.jump.empty();
+}
+
 /// What the statements of a text set out of its order, and what its routines set.
 class Flow {
  public:
-  Flow(Statements statements, std::size_t file, const RoutineSettings& others);
+  Flow(const FrameActs& acts, const RoutineSettings& others);
   FrameFlow found() const;
   /// Adds what the routines of the text set. @return whether something is new
   bool add_to(RoutineSettings& settings) const;
@@ -39,24 +64,22 @@ class Flow {
   };
 
   void settle_routines();
-  FrameSettings by_calls(const ProgramStatement& statement) const;
+  FrameSettings by_calls(const FrameAct& act) const;
   /// By itself or by what it calls, at once or later.
-  FrameSettings set_by(const ProgramStatement& statement) const;
+  FrameSettings set_by(const FrameAct& act) const;
   std::vector<Stretch> stretches() const;
   FrameSettings within(const Stretch& stretch) const;
 
-  Statements statements_;
-  std::size_t file_;
+  const FrameActs& acts_;
   const RoutineSettings& others_;
   std::map<std::string, std::size_t> routine_of_;
   std::vector<FrameSettings> set_by_{1};  // by routine, the first: what stands before any
 };
 
-Flow::Flow(Statements statements, std::size_t file, const RoutineSettings& others)
-    : statements_{statements}, file_{file}, others_{others} {
-  for (const ProgramStatement& statement : statements_) {
-    if (!statement.is_head) continue;
-    if (!statement.calls.empty()) routine_of_.emplace(statement.calls[0].name, set_by_.size());
+Flow::Flow(const FrameActs& acts, const RoutineSettings& others) : acts_{acts}, others_{others} {
+  for (const FrameAct& act : acts_) {
+    if (!act.is_head) continue;
+    if (!act.calls.empty()) routine_of_.emplace(act.calls[0], set_by_.size());
     set_by_.emplace_back();
   }
   settle_routines();
@@ -66,30 +89,28 @@ Flow::Flow(Statements statements, std::size_t file, const RoutineSettings& other
 void Flow::settle_routines() {
   for (bool is_new = true; is_new;) {
     is_new = false;
-    for (const ProgramStatement& statement : statements_) {
-      if (!declares_interrupt(statement.tokens))
-        is_new = set_by_[statement.routine].add(set_by(statement)) || is_new;
+    for (const FrameAct& act : acts_) {
+      if (!act.is_interrupt) is_new = set_by_[act.routine].add(set_by(act)) || is_new;
     }
   }
 }
 
-FrameSettings Flow::by_calls(const ProgramStatement& statement) const {
+FrameSettings Flow::by_calls(const FrameAct& act) const {
   FrameSettings set;
-  if (statement.is_head) return set;
-  for (const Expression& call : statement.calls) {
-    if (call.name == "BAS") continue;
-    if (const auto called = routine_of_.find(call.name); called != routine_of_.end()) {
+  if (act.is_head) return set;
+  for (const std::string& name : act.calls) {
+    if (const auto called = routine_of_.find(name); called != routine_of_.end()) {
       set.add(set_by_[called->second]);
-    } else if (const auto other = others_.find(call.name); other != others_.end()) {
+    } else if (const auto other = others_.find(name); other != others_.end()) {
       set.add(other->second);
     }
   }
   return set;
 }
 
-FrameSettings Flow::set_by(const ProgramStatement& statement) const {
-  FrameSettings set = settings_of(statement, file_);
-  set.add(by_calls(statement));
+FrameSettings Flow::set_by(const FrameAct& act) const {
+  FrameSettings set = act.set;
+  set.add(by_calls(act));
   return set;
 }
 
@@ -102,15 +123,14 @@ bool Flow::add_to(RoutineSettings& settings) const {
 /// Jumps of a routine that overlap lead into each other, and are one stretch.
 std::vector<Flow::Stretch> Flow::stretches() const {
   std::map<std::pair<std::size_t, std::string>, std::size_t> labels;
-  for (const ProgramStatement& statement : statements_) {
-    if (const std::string label = label_of(statement.tokens); !label.empty())
-      labels.try_emplace({statement.routine, label}, statement.tokens[0].at);
+  for (const FrameAct& act : acts_) {
+    if (!act.label.empty()) labels.try_emplace({act.routine, act.label}, act.at);
   }
   std::vector<Stretch> jumps;
-  for (const ProgramStatement& statement : statements_) {
-    const auto to = labels.find({statement.routine, jump_of(statement.tokens)});
+  for (const FrameAct& act : acts_) {
+    const auto to = labels.find({act.routine, act.jump});
     if (to == labels.end()) continue;
-    const std::size_t from = statement.tokens[0].at, label = to->second;
+    const std::size_t from = act.at, label = to->second;
     jumps.push_back({std::min(from, label), std::max(from, label), {label}});
   }
   std::ranges::sort(jumps, {}, &Stretch::first);
@@ -128,20 +148,17 @@ std::vector<Flow::Stretch> Flow::stretches() const {
 
 FrameSettings Flow::within(const Stretch& stretch) const {
   FrameSettings set;
-  for (const ProgramStatement& statement : statements_) {
-    const std::size_t at = statement.tokens[0].at;
-    if (at >= stretch.first && at <= stretch.last && !declares_interrupt(statement.tokens))
-      set.add(set_by(statement));
+  for (const FrameAct& act : acts_) {
+    if (act.at >= stretch.first && act.at <= stretch.last && !act.is_interrupt) set.add(set_by(act));
   }
   return set;
 }
 
 FrameFlow Flow::found() const {
   FrameFlow flow;
-  for (const ProgramStatement& statement : statements_) {
-    const FrameSettings set = statement.is_later() ? set_by(statement) : by_calls(statement);
-    if (!set) continue;
-    (declares_interrupt(statement.tokens) ? flow.interrupts : flow.behind[statement.tokens[0].at]).add(set);
+  for (const FrameAct& act : acts_) {
+    const FrameSettings set = act.is_later ? set_by(act) : by_calls(act);
+    if (set) (act.is_interrupt ? flow.interrupts : flow.behind[act.at]).add(set);
   }
   for (const Stretch& stretch : stretches()) {
     const FrameSettings set = within(stretch);
@@ -153,22 +170,30 @@ FrameFlow Flow::found() const {
 
 }  // namespace
 
-RoutineSettings routine_settings(const ProgramText& text,
-                                 std::span<const std::vector<ProgramStatement>> statements) {
+FrameActs frame_acts(const TextStatements& statements, std::size_t file) {
+  FrameActs acts;
+  statements.uses.each([&](const ProgramStatement& statement) {
+    FrameAct act = act_of(statement, file);
+    if (!says_nothing(act)) acts.push_back(std::move(act));
+  });
+  return acts;
+}
+
+RoutineSettings routine_settings(const ProgramText& text, std::span<const FrameActs> acts) {
   RoutineSettings settings;
   // Routines call routines of other files: until nothing new is found.
   for (bool is_new = true; is_new;) {
     is_new = false;
     for (std::size_t file = 0; file < text.files.size(); ++file) {
       if (text.files[file].role != SourceText::Role::Program) continue;
-      is_new = Flow(statements[file], file, settings).add_to(settings) || is_new;
+      is_new = Flow(acts[file], settings).add_to(settings) || is_new;
     }
   }
   return settings;
 }
 
-FrameFlow frame_flow(Statements statements, std::size_t file, const RoutineSettings& others) {
-  return Flow(statements, file, others).found();
+FrameFlow frame_flow(const FrameActs& acts, const RoutineSettings& others) {
+  return Flow(acts, others).found();
 }
 
 }  // namespace truepose::krl

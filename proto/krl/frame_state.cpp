@@ -20,19 +20,19 @@ bool FrameSettings::add(const FrameSettings& others) {
 
 FrameSettings settings_of(const ProgramStatement& statement, std::size_t file) {
   if (statement.action.empty()) return {};
-  const auto set = [spot = Spot{file, statement.action[0].at}](bool tool, bool base) {
+  const Token& name = statement.action[0];
+  const auto set = [spot = Spot{file, name.at}](bool tool, bool base) {
     return FrameSettings{tool ? std::optional(spot) : std::nullopt,
                          base ? std::optional(spot) : std::nullopt};
   };
-  if (const Expression* bas = statement.bas()) {
+  if (const auto bas = statement.bas()) {
     if (bas->parts.empty()) return {};
     const Token& what = bas->parts[0].token;
     return set(what.is_any_of({"#INITMOV", "#TOOL"}), what.is_any_of({"#INITMOV", "#BASE", "#EX_BASE"}));
   }
-  if (!statement.assignment) return {};
-  const Token& name = statement.assignment->variable.token;
   const bool both = name.is_any_of({"FDAT_ACT", "$IPO_MODE"});
-  return set(both || name.is("$TOOL"), both || name.is("$BASE"));
+  const FrameSettings settings = set(both || name.is("$TOOL"), both || name.is("$BASE"));
+  return settings && statement.assignment() ? settings : FrameSettings{};
 }
 
 FrameState::FrameState(const Variables& variables, const FrameData& data, const StartFrames& start)
@@ -77,8 +77,8 @@ void FrameState::start() { now_ = started_; }
 
 void FrameState::carry_out(const ProgramStatement& statement) {
   if (statement.is_later()) return;
-  if (const Expression* bas = statement.bas()) carry_out_bas(*bas);
-  if (statement.assignment) carry_out(*statement.assignment);
+  if (const auto bas = statement.bas()) carry_out_bas(*bas);
+  if (const auto assignment = statement.assignment()) carry_out(*assignment);
 }
 
 void FrameState::carry_out(const std::vector<Assignment>& settings) {

@@ -1,7 +1,6 @@
 #include "proto/krl/lexer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <iterator>
 #include <utility>
@@ -10,18 +9,23 @@ namespace truepose::krl {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-constexpr std::array<std::string_view, 4> kLongSymbols = {"==", "<>", "<=", ">="};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool starts_name(char c) { return is_letter(c) || c == '_' || c == '$'; }
 bool continues_name(char c) { return starts_name(c) || is_digit(c); }
-char capital(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
 
-std::size_t behind(std::string_view text, std::size_t from, bool (*belongs)(char)) {
-  return static_cast<std::size_t>(
-      std::find_if_not(text.begin() + static_cast<std::ptrdiff_t>(from), text.end(), belongs) - text.begin());
+/// Byte offset behind the characters from `from` on that belong together.
+template <bool (*belongs)(char)>
+std::size_t behind(std::string_view text, std::size_t from) {
+  while (from < text.size() && belongs(text[from])) ++from;
+  return from;
+}
+
+bool begins_long_symbol(std::string_view text) {
+  if (text.size() < 2) return false;
+  return text[1] == '=' ? text[0] == '=' || text[0] == '<' || text[0] == '>' : text.starts_with("<>");
 }
 
 /// Length of E-3 at `from`; 0 where there is none.
@@ -29,15 +33,15 @@ std::size_t exponent_length(std::string_view text, std::size_t from) {
   if (from >= text.size() || capital(text[from]) != 'E') return 0;
   const bool is_signed = from + 1 < text.size() && (text[from + 1] == '+' || text[from + 1] == '-');
   const std::size_t first = from + (is_signed ? 2 : 1),
-                    end = behind(text, std::min(first, text.size()), is_digit);
+                    end = behind<is_digit>(text, std::min(first, text.size()));
   return end > first ? end - from : 0;
 }
 
 /// The number that a text starts with: 12, 1.5, .5, 2., 1.5E-3.
 std::pair<TokenKind, std::size_t> number_in(std::string_view text) {
-  const std::size_t whole = behind(text, 0, is_digit);
+  const std::size_t whole = behind<is_digit>(text, 0);
   const bool has_point = whole < text.size() && text[whole] == '.';
-  const std::size_t end = has_point ? behind(text, whole + 1, is_digit) : whole;
+  const std::size_t end = has_point ? behind<is_digit>(text, whole + 1) : whole;
   const std::size_t exponent = exponent_length(text, end);
   return {has_point || exponent > 0 ? TokenKind::Real : TokenKind::Integer, end + exponent};
 }
@@ -56,82 +60,62 @@ std::optional<double> coded_number(std::string_view quoted) {
   return error == std::errc{} && end == last ? std::optional<double>(value) : std::nullopt;
 }
 
-class Cutter {
- public:
-  explicit Cutter(std::string_view text) : text_{text} {
-    if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
-  }
-
-  std::vector<Statement> statements() {
-    std::vector<Statement> statements;
-    for (bool goes_on = false; at_ < text_.size(); ++line_) {
-      tokens_.clear();
-      read_line();
-      if (tokens_.empty()) continue;
-      if (!goes_on) statements.emplace_back();
-      std::ranges::copy(tokens_, std::back_inserter(statements.back()));
-      goes_on = tokens_.back().is(",");
-    }
-    return statements;
-  }
-
- private:
-  void read_line() {
-    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
-    const std::size_t first = behind(text_.substr(0, end), at_, is_blank);
-    rest_ = text_.substr(first, end - first);
-    at_ = first;
-    if (!rest_.starts_with('&')) read_tokens();
-    at_ = std::min(end + 1, text_.size());
-  }
-
-  void read_tokens() {
-    while (!rest_.empty() && rest_[0] != ';') {
-      const auto [kind, length] = next();
-      tokens_.push_back({kind, rest_.substr(0, length), at_, line_});
-      skip(behind(rest_, length, is_blank));
-    }
-  }
-
-  std::pair<TokenKind, std::size_t> next() const {
-    const char c = rest_[0];
-    if (starts_name(c)) return {TokenKind::Name, behind(rest_, 1, continues_name)};
-    if (c == '#') return {TokenKind::Constant, behind(rest_, 1, continues_name)};
-    const bool begins_fraction = c == '.' && rest_.size() > 1 && is_digit(rest_[1]) && !follows_variable();
-    if (is_digit(c) || begins_fraction) return number_in(rest_);
-    if (c == '"' || c == '\'') return quoted(c);
-    const bool is_long = std::ranges::count(kLongSymbols, rest_.substr(0, 2)) > 0;
-    return {TokenKind::Symbol, is_long ? 2 : 1};
-  }
-
-  std::pair<TokenKind, std::size_t> quoted(char mark) const {
-    const std::size_t closing = rest_.find(mark, 1);
-    if (closing != std::string_view::npos)
-      return {mark == '"' ? TokenKind::Text : TokenKind::Coded, closing + 1};
-    if (mark == '"') throw Fault{at_, "a text that is not closed; close it in the same line"};
-    return {TokenKind::Symbol, 1};
-  }
-
-  bool follows_variable() const {
-    return !tokens_.empty() && (tokens_.back().kind == TokenKind::Name || tokens_.back().is("]"));
-  }
-
-  void skip(std::size_t length) {
-    rest_.remove_prefix(length);
-    at_ += length;
-  }
-
-  std::string_view text_, rest_;  // rest_: of the line
-  std::size_t at_ = 0;
-  int line_ = 1;
-  std::vector<Token> tokens_;  // of the line
-};
-
 }  // namespace
 
-bool Token::is(std::string_view word) const {
-  const bool has_word = kind == TokenKind::Name || kind == TokenKind::Constant || kind == TokenKind::Symbol;
-  return has_word && std::ranges::equal(text, word, {}, capital);
+Cutter::Cutter(std::string_view text) : text_{text} {
+  if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
+}
+
+Tokens Cutter::next() {
+  tokens_.clear();
+  for (bool is_whole = false; !is_whole && at_ < text_.size(); ++line_) {
+    const std::size_t before = tokens_.size();
+    read_line();
+    // A line of a comment does not end what goes on behind it.
+    is_whole = tokens_.size() > before && !tokens_.back().is(",");
+  }
+  return tokens_;
+}
+
+void Cutter::read_line() {
+  const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+  const std::string_view line = text_.substr(0, end);
+  at_ = behind<is_blank>(line, at_);
+  const bool is_header = line.substr(at_).starts_with('&');
+  while (!is_header && at_ < end && line[at_] != ';') {
+    const auto [kind, length] = first_of(line.substr(at_));
+    tokens_.push_back({.text = line.substr(at_, length), .at = at_, .line = line_, .kind = kind});
+    at_ = behind<is_blank>(line, at_ + length);
+  }
+  at_ = std::min(end + 1, text_.size());
+}
+
+std::pair<TokenKind, std::size_t> Cutter::first_of(std::string_view rest) const {
+  const char c = rest[0];
+  if (starts_name(c)) return {TokenKind::Name, behind<continues_name>(rest, 1)};
+  if (c == '#') return {TokenKind::Constant, behind<continues_name>(rest, 1)};
+  const bool begins_fraction = c == '.' && rest.size() > 1 && is_digit(rest[1]) && !follows_variable();
+  if (is_digit(c) || begins_fraction) return number_in(rest);
+  if (c == '"' || c == '\'') return quoted(rest);
+  return {TokenKind::Symbol, begins_long_symbol(rest) ? 2 : 1};
+}
+
+std::pair<TokenKind, std::size_t> Cutter::quoted(std::string_view rest) const {
+  const bool is_text = rest[0] == '"';
+  const std::size_t closing = rest.find(rest[0], 1);
+  if (closing != std::string_view::npos) return {is_text ? TokenKind::Text : TokenKind::Coded, closing + 1};
+  if (is_text) throw Fault{at_, "a text that is not closed; close it in the same line"};
+  return {TokenKind::Symbol, 1};
+}
+
+bool Cutter::follows_variable() const {
+  return !tokens_.empty() && (tokens_.back().kind == TokenKind::Name || tokens_.back().is("]"));
+}
+
+bool Token::spells(std::string_view word) const { return std::ranges::equal(text, word, {}, capital); }
+
+bool Token::is_same_name(const Token& other) const {
+  return std::ranges::equal(text, other.text, {}, capital, capital);
 }
 
 bool Token::is_any_of(std::initializer_list<std::string_view> words) const {
@@ -162,7 +146,11 @@ std::string in_capitals(std::string_view name) {
 
 std::expected<std::vector<Statement>, Fault> cut_into_statements(std::string_view text) {
   try {
-    return Cutter(text).statements();
+    std::vector<Statement> statements;
+    Cutter cutter(text);
+    for (Tokens next = cutter.next(); !next.empty(); next = cutter.next())
+      statements.emplace_back(next.begin(), next.end());
+    return statements;
   } catch (const Fault& fault) {
     return std::unexpected(fault);
   }

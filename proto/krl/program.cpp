@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <numeric>
 #include <set>
-#include <unordered_map>
 
 #include "proto/krl/frame_flow.hpp"
 #include "proto/krl/frame_state.hpp"
@@ -29,10 +28,10 @@ bool may_move(const Expression& call) {
 
 /// Whether the arm may stand elsewhere behind a statement that is no motion: it jumps, branches or calls.
 bool may_move_on(const ProgramStatement& statement) {
-  const Tokens tokens = statement.tokens;
-  const bool turns = tokens[0].is_any_of({"ELSE", "CASE", "DEFAULT", "GOTO", "RETURN", "RESUME"});
-  const bool is_label = tokens.size() > 1 && tokens[1].is(":");
-  return turns || is_label || nesting_of(tokens[0]) != 0 || std::ranges::any_of(statement.calls, may_move);
+  const Token& first = statement.tokens[0];
+  const bool turns = first.is_any_of({"ELSE", "CASE", "DEFAULT", "GOTO", "RETURN", "RESUME"});
+  return turns || statement.is_label() || nesting_of(first) != 0 ||
+         std::ranges::any_of(statement.calls(), may_move);
 }
 
 /// X, Y, Z, A, B, C or A1..A6, all plain numbers or not given; nothing where it has anything else.
@@ -53,16 +52,29 @@ bool is_home(std::string_view name) { return in_capitals(name).starts_with("XHOM
 
 Hindrance computed_target() { return hindrance<HindranceKind::Computed>("the target is"); }
 
+std::vector<FrameActs> acts_of(const ProgramText& text, std::span<const TextStatements> statements) {
+  std::vector<FrameActs> acts(statements.size());
+  for (std::size_t file = 0; file < acts.size(); ++file) {
+    if (text.files[file].role == SourceText::Role::Program) acts[file] = frame_acts(statements[file], file);
+  }
+  return acts;
+}
+
 class Reader {
  public:
   /// @param statements  of each file
-  Reader(const ProgramText& text, std::span<const std::vector<ProgramStatement>> statements,
-         const Variables& variables, FrameState& frames)
+  Reader(const ProgramText& text, std::span<const TextStatements> statements, const Variables& variables,
+         FrameState& frames)
       : text_{text},
         statements_{statements},
         variables_{variables},
         frames_{frames},
-        routines_{routine_settings(text, statements)} {}
+        acts_{acts_of(text, statements)},
+        routines_{routine_settings(text, acts_)},
+        points_(variables.all().size()),
+        used_(variables.all().size()) {
+    program_.points.reserve(variables.all().size());
+  }
 
   /// Reads the statements of a SRC. Throws Fault: a motion without a target.
   void read(std::size_t file);
@@ -88,9 +100,10 @@ class Reader {
   Spot spot_of(const Token& token) const { return {file_, token.at}; }
 
   const ProgramText& text_;
-  std::span<const std::vector<ProgramStatement>> statements_;
+  std::span<const TextStatements> statements_;
   const Variables& variables_;
   FrameState& frames_;
+  std::vector<FrameActs> acts_;  // of each file
   RoutineSettings routines_;
   Program program_;
   std::size_t file_ = 0;
@@ -99,13 +112,13 @@ class Reader {
   bool noted_change_ = false;
   bool knows_place_ = false;  // the arm comes from the step before, whatever happened between
   std::optional<FrameState::InForce> before_spline_;
-  std::unordered_map<std::size_t, std::size_t> point_of_variable_;
-  std::set<std::size_t> used_;                     // variables that motions go to
-  std::set<std::string, std::less<>> left_names_;  // said once each
+  std::vector<std::optional<std::size_t>> points_;  // of Program::points, by variable
+  std::vector<bool> used_;                          // variables that motions go to
+  std::set<std::string, std::less<>> left_names_;   // said once each
 };
 
 void Reader::read(std::size_t file) {
-  const FrameFlow flow = frame_flow(statements_[file], file, routines_);
+  const FrameFlow flow = frame_flow(acts_[file], routines_);
   file_ = file;
   scope_ = {text_.files[file].module};
   nesting_ = 0;
@@ -113,11 +126,11 @@ void Reader::read(std::size_t file) {
   before_spline_.reset();
   knows_place_ = false;
   frames_.begin(file, scope_.module, flow.interrupts);
-  for (const ProgramStatement& statement : statements_[file]) {
+  statements_[file].steps.each([&](const ProgramStatement& statement) {
     read_statement(statement);
-    const auto otherwise = flow.behind.find(statement.tokens[0].at);
+    const auto otherwise = flow.behind.find(statement.at());
     if (otherwise != flow.behind.end()) frames_.unsettle(otherwise->second);
-  }
+  });
 }
 
 Program Reader::finish() {
@@ -137,14 +150,14 @@ void Reader::read_statement(const ProgramStatement& statement) {
     return add_step(spot, std::nullopt);
   }
   nesting_ = std::max(0, nesting_ + nesting_of(first));
-  if (!statement.assignment && is_motion(first))
+  if (statement.moves())
     return first.word().ends_with("_REL") ? read_relative(statement) : read_motion(statement);
 
   if (may_move_on(statement)) knows_place_ = false;
   const auto before = frames_.in_force();
   if (first.is_any_of({"SPLINE", "PTP_SPLINE"})) {
     before_spline_ = before;
-    return frames_.carry_out(statement.settings);
+    return frames_.carry_out(statement.settings());
   }
   if (first.is("ENDSPLINE") && before_spline_) {
     frames_.restore(*before_spline_);
@@ -157,10 +170,11 @@ void Reader::read_statement(const ProgramStatement& statement) {
 /// LIN_REL and the like: corrected where the text shows from where the arm comes.
 void Reader::read_relative(const ProgramStatement& statement) {
   const Spot spot = spot_of(statement.tokens[0]);
-  const bool has_numbers = statement.motion && !statement.motion->targets.empty() &&
-                           statement.motion->targets[0].kind == ExpressionKind::Aggregate;
-  const auto numbers = has_numbers ? numbers_of(statement.motion->targets[0]) : std::nullopt;
-  const bool of_axes = numbers && form_of(statement.motion->targets[0]) == PositionForm::Axes;
+  const auto motion = statement.motion();
+  const bool has_numbers =
+      motion && !motion->targets.empty() && motion->targets[0].kind == ExpressionKind::Aggregate;
+  const auto numbers = has_numbers ? numbers_of(motion->targets[0]) : std::nullopt;
+  const bool of_axes = numbers && form_of(motion->targets[0]) == PositionForm::Axes;
   const Token& word = statement.tokens[0];
   const bool is_known =
       word.is_any_of({"LIN_REL", "SLIN_REL"}) || (word.is_any_of({"PTP_REL", "SPTP_REL"}) && of_axes);
@@ -169,15 +183,14 @@ void Reader::read_relative(const ProgramStatement& statement) {
     knows_place_ = false;
     return;
   }
-  const Motion& motion = *statement.motion;
   const auto before = frames_.in_force();
-  frames_.carry_out(motion.settings);
-  add_offset({.kind = of_axes                  ? Offset::Kind::Axes
-                      : motion.frame == "TOOL" ? Offset::Kind::Tool
-                                               : Offset::Kind::Base,
-              .spot = spot_of(motion.targets[0].token),
+  frames_.carry_out(motion->settings);
+  add_offset({.kind = of_axes                   ? Offset::Kind::Axes
+                      : motion->frame == "TOOL" ? Offset::Kind::Tool
+                                                : Offset::Kind::Base,
+              .spot = spot_of(motion->targets[0].token),
               .numbers = *numbers,
-              .closed_at = motion.targets[0].end - 1},
+              .closed_at = motion->targets[0].end - 1},
              spot);
   frames_.restore(before);
 }
@@ -201,7 +214,7 @@ bool Reader::read_shifted(const Expression& target) {
   if (!its || program_.points[*its].position.form != PositionForm::Cartesian) return false;
   const auto position = position_of(shift, file_);
   if (!position || position->form != PositionForm::Cartesian) return false;
-  used_.insert(*variable);
+  used_[*variable] = true;
   Offset offset{.kind = is_behind ? Offset::Kind::Behind : Offset::Kind::Before,
                 .point = its,
                 .spot = position->spot,
@@ -227,16 +240,15 @@ void Reader::note_change(const FrameState::InForce& before, Spot spot) {
 
 void Reader::read_motion(const ProgramStatement& statement) {
   const Tokens tokens = statement.tokens;
-  if (!statement.motion)
-    return leave_target(spot_of(tokens[tokens.size() > 1 ? 1 : 0]), {}, computed_target());
-  const Motion& motion = *statement.motion;
-  if (motion.targets.size() < motion.target_count())
+  const auto motion = statement.motion();
+  if (!motion) return leave_target(spot_of(tokens[tokens.size() > 1 ? 1 : 0]), {}, computed_target());
+  if (motion->targets.size() < motion->target_count())
     throw Fault{tokens[0].at, std::string(tokens[0].text) + " has too few targets; it goes to " +
-                                  std::to_string(motion.target_count())};
+                                  std::to_string(motion->target_count())};
   const auto before = frames_.in_force();
-  frames_.carry_out(motion.settings);
-  for (const Expression& target : motion.targets) read_target(target);
-  if (motion.angle) leave_target(spot_of(tokens[0]), {}, hindrance<HindranceKind::Arc>());
+  frames_.carry_out(motion->settings);
+  for (const Expression& target : motion->targets) read_target(target);
+  if (motion->angle) leave_target(spot_of(tokens[0]), {}, hindrance<HindranceKind::Arc>());
   frames_.restore(before);
 }
 
@@ -279,19 +291,19 @@ std::optional<std::size_t> Reader::point_of(std::size_t variable) {
   const Variable& its = variables_.all()[variable];
   const auto* position = std::get_if<Position>(&its.value);
   if (!position || its.hindrance) return std::nullopt;
-  const auto [entry, is_new] = point_of_variable_.emplace(variable, program_.points.size());
+  if (points_[variable]) return points_[variable];
   const SourceText& source = source_of(its);
   const bool is_of_cell = source.role == SourceText::Role::Config && is_home(its.name);
-  if (is_new) program_.points.push_back({its.name, *position, source.is_changeable && !is_of_cell});
-  return entry->second;
+  program_.points.push_back({its.name, *position, source.is_changeable && !is_of_cell});
+  return points_[variable] = program_.points.size() - 1;
 }
 
 void Reader::go_to(std::size_t index, std::string_view name, Spot spot) {
-  used_.insert(index);
+  used_[index] = true;
   const Variable& variable = variables_.all()[index];
   const auto point = point_of(index);
   if (!point) {
-    leave(spot, name, variable.hindrance.value_or(hindrance<HindranceKind::Later>()), true);
+    leave(spot, name, variable.hindrance ? *variable.hindrance : hindrance<HindranceKind::Later>(), true);
   } else if (!source_of(variable).is_changeable) {
     leave(spot, name, hindrance<HindranceKind::Config>(), true);
   }
@@ -324,7 +336,7 @@ void Reader::leave(Spot spot, std::string_view name, Hindrance why, bool absolut
 void Reader::leave_unused() {
   for (std::size_t i = 0; i < variables_.all().size(); ++i) {
     const Variable& variable = variables_.all()[i];
-    if (variable.type != VariableType::Position || variable.array || used_.contains(i)) continue;
+    if (variable.type != VariableType::Position || variable.array || used_[i]) continue;
     if (variable.is_element || source_of(variable).role == SourceText::Role::Config) continue;
     if (!std::holds_alternative<Position>(variable.value)) continue;
     program_.left.push_back(
@@ -375,7 +387,7 @@ ProgramText program_text(std::string_view src, std::string_view dat, std::string
 
 std::expected<Program, ProgramFault> read_program(const ProgramText& text, const StartFrames& start) {
   GoodFiles files(text);
-  std::vector<std::vector<ProgramStatement>> statements(text.files.size());
+  std::vector<TextStatements> statements(text.files.size());
   Variables variables;
   files.each([&](std::size_t file, const SourceText& source) {
     auto read = read_statements(source.text);

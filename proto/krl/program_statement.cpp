@@ -1,7 +1,7 @@
 #include "proto/krl/program_statement.hpp"
 
 #include <algorithm>
-#include <set>
+#include <ranges>
 #include <string>
 #include <utility>
 
@@ -23,55 +23,58 @@ auto read_if(Tokens tokens, Read read) -> std::optional<decltype(read(std::declv
   }
 }
 
-/// A bracket that is open, and the components of the aggregate that it is, in capitals.
-struct Open {
-  const Token& bracket;
-  std::set<std::string> components = {};
-};
-
-void add_component(Open& aggregate, const Token& name) {
-  if (!aggregate.components.insert(name.word()).second)
-    throw Fault{name.at, "component " + std::string(name.text) + " is given twice; remove one"};
-  if (aggregate.components.size() > kMostComponents)
-    throw Fault{name.at, "too many components; give at most 256"};
-}
-
-/// Throws Fault where the tokens are part of no statement of KRL.
-void check(Tokens tokens) {
-  std::vector<Open> open;
-  for (std::size_t i = 0; i < tokens.size(); ++i) {
-    const Token& token = tokens[i];
-    const bool is_number = token.kind == TokenKind::Integer || token.kind == TokenKind::Real;
-    if (is_number && !token.number())
-      throw Fault{token.at, "a number out of range; give one that KRL can hold"};
-    const bool may_be_component =
-        token.kind == TokenKind::Name && !open.empty() && open.back().bracket.is("{");
-    if (may_be_component && tokens[i - 1].is_any_of({"{", ","})) add_component(open.back(), token);
-    if (token.opens()) open.push_back({token});
-    if (token.closes() && !open.empty()) open.pop_back();
+/// Throws Fault where the tokens of a statement are part of none of KRL.
+class Check {
+ public:
+  void operator()(Tokens tokens) {
+    open_.clear();
+    components_.clear();
+    for (std::size_t i = 0; i < tokens.size(); ++i) {
+      const Token& token = tokens[i];
+      const bool is_number = token.kind == TokenKind::Integer || token.kind == TokenKind::Real;
+      if (is_number && !token.number())
+        throw Fault{token.at, "a number out of range; give one that KRL can hold"};
+      const bool may_be_component =
+          token.kind == TokenKind::Name && !open_.empty() && open_.back().bracket->is("{");
+      if (may_be_component && tokens[i - 1].is_any_of({"{", ","})) add_component(token);
+      if (token.opens()) open_.push_back({&token, components_.size()});
+      if (token.closes() && !open_.empty()) close();
+    }
+    const auto brace = std::ranges::find_if(open_, [](const Open& open) { return open.bracket->is("{"); });
+    if (brace != open_.end())
+      throw Fault{brace->bracket->at, "a brace that is not closed; close it in the same statement"};
   }
-  const auto brace = std::ranges::find_if(open, [](const Open& other) { return other.bracket.is("{"); });
-  if (brace != open.end())
-    throw Fault{brace->bracket.at, "a brace that is not closed; close it in the same statement"};
-}
+
+ private:
+  /// A bracket, and where the components of the aggregate that it is begin.
+  struct Open {
+    const Token* bracket;
+    std::size_t first;
+  };
+
+  void add_component(const Token& name) {
+    const auto its = components_ | std::views::drop(open_.back().first);
+    if (std::ranges::any_of(its, [&](const Token* other) { return other->is_same_name(name); }))
+      throw Fault{name.at, "component " + std::string(name.text) + " is given twice; remove one"};
+    components_.push_back(&name);
+    if (std::ranges::size(its) > kMostComponents)
+      throw Fault{name.at, "too many components; give at most 256"};
+  }
+
+  void close() {
+    components_.resize(open_.back().first);
+    open_.pop_back();
+  }
+
+  std::vector<Open> open_;
+  std::vector<const Token*> components_;  // of all that is open
+};
 
 Tokens action_of(Tokens statement) {
   const bool is_global = statement.size() > 1 && statement[0].is("GLOBAL");
   if (!statement[is_global ? 1 : 0].is_any_of({"TRIGGER", "INTERRUPT"})) return statement;
   const auto found = std::ranges::find_if(statement, [](const Token& token) { return token.is("DO"); });
   return found == statement.end() ? Tokens{} : Tokens(found + 1, statement.end());
-}
-
-/// Of POS, E6POS, AXIS, E6AXIS, FRAME and FDAT: what is declared of them says where the arm goes.
-std::optional<Declaration> declaration_in(Tokens statement) {
-  const Token* type = declared_type(statement);
-  if (!type || !type->is_any_of({"E6POS", "POS", "E6AXIS", "AXIS", "FRAME", "FDAT"})) return std::nullopt;
-  Declaration declaration;
-  read_if(statement, [&](TokenReader& reader) {
-    read_declaration(reader, declaration);
-    return true;
-  });
-  return declaration;
 }
 
 Assignment read_change(TokenReader& reader) {
@@ -87,51 +90,95 @@ Assignment read_change(TokenReader& reader) {
   return change;
 }
 
-void read_parts(ProgramStatement& statement) {
-  const Tokens action = statement.action;
+/// What is read from each name before a bracket of some kind.
+template <typename Read>
+std::vector<Expression> parts(Tokens action, std::string_view bracket, Read read) {
+  std::vector<Expression> parts;
   for (std::size_t i = 0; i + 1 < action.size(); ++i) {
-    if (action[i].kind != TokenKind::Name) continue;
-    if (action[i + 1].is("(")) {
-      if (auto call = read_if(action.subspan(i), read_call)) statement.calls.push_back(*std::move(call));
-    } else if (action[i + 1].is("[")) {
-      if (auto element = read_if(action.subspan(i), read_variable))
-        statement.elements.push_back(*std::move(element));
-    }
+    if (action[i].kind != TokenKind::Name || !action[i + 1].is(bracket)) continue;
+    if (auto part = read_if(action.subspan(i), read)) parts.push_back(*std::move(part));
   }
+  return parts;
 }
 
-void read_forms(ProgramStatement& statement) {
-  const Tokens tokens = statement.tokens;
-  check(tokens);
-  statement.action = action_of(tokens);
-  statement.declaration = declaration_in(tokens);
-  if (statement.action.size() > 1 && statement.action[1].is_any_of({"=", "[", "."}))
-    statement.assignment = read_if(statement.action, read_change);
-  // A variable may be called like a motion.
-  if (!statement.assignment && is_motion(tokens[0])) statement.motion = read_if(tokens, read_motion);
-  if (tokens[0].is_any_of({"SPLINE", "PTP_SPLINE"}))
-    statement.settings = read_if(tokens.subspan(1), read_settings).value_or(std::vector<Assignment>{});
-  read_parts(statement);
+/// Null where it declares nothing that says where the arm goes.
+const Token* declared_place(Tokens statement) {
+  const Token* type = declared_type(statement);
+  return type && type->is_any_of({"E6POS", "POS", "E6AXIS", "AXIS", "FRAME", "FDAT"}) ? type : nullptr;
+}
+
+bool may_assign(Tokens action) { return action.size() > 1 && action[1].is_any_of({"=", "[", "."}); }
+
+/// Whether it has a call or an element.
+bool has_parts(Tokens action) {
+  const auto is_part = [](const Token& name, const Token& bracket) {
+    return name.kind == TokenKind::Name && bracket.is_any_of({"(", "["});
+  };
+  return std::ranges::adjacent_find(action, is_part) != action.end();
+}
+
+bool is_use(const ProgramStatement& statement) {
+  return statement.is_head || may_assign(statement.action) || has_parts(statement.action) ||
+         statement.is_label() || statement.tokens[0].is("GOTO");
+}
+
+void sort_in(const ProgramStatement& statement, TextStatements& statements) {
+  const bool uses = is_use(statement), declares = declared_place(statement.tokens) != nullptr;
+  const bool only_declares = !uses && (declares || statement.tokens[0].is("DECL"));
+  if (declares) statements.declarations.add(statement);
+  if (uses) statements.uses.add(statement);
+  if (!only_declares) statements.steps.add(statement);
 }
 
 }  // namespace
 
-const Expression* ProgramStatement::bas() const {
-  return !calls.empty() && calls[0].name == "BAS" && calls[0].token.at == action[0].at ? &calls[0] : nullptr;
+ProgramStatement::ProgramStatement(Tokens tokens_in, std::size_t routine_in)
+    : tokens{tokens_in},
+      is_head{begins_routine(tokens_in)},
+      routine{routine_in},
+      action{action_of(tokens_in)} {}
+
+bool ProgramStatement::moves() const { return is_motion(tokens[0]) && !assignment(); }
+
+std::optional<Declaration> ProgramStatement::declaration() const {
+  if (!declared_place(tokens)) return std::nullopt;
+  Declaration declaration;
+  read_if(tokens, [&](TokenReader& reader) {
+    read_declaration(reader, declaration);
+    return true;
+  });
+  return declaration;
 }
 
-std::expected<std::vector<ProgramStatement>, Fault> read_statements(std::string_view text) {
-  auto cut = cut_into_statements(text);
-  if (!cut) return std::unexpected(cut.error());
-  std::vector<ProgramStatement> statements(cut->size());
+std::optional<Motion> ProgramStatement::motion() const { return read_if(tokens, read_motion); }
+
+std::optional<Assignment> ProgramStatement::assignment() const {
+  return may_assign(action) ? read_if(action, read_change) : std::nullopt;
+}
+
+std::vector<Assignment> ProgramStatement::settings() const {
+  return read_if(tokens.subspan(1), read_settings).value_or(std::vector<Assignment>{});
+}
+
+std::vector<Expression> ProgramStatement::calls() const { return parts(action, "(", read_call); }
+
+std::vector<Expression> ProgramStatement::elements() const { return parts(action, "[", read_variable); }
+
+std::optional<Expression> ProgramStatement::bas() const {
+  const bool is_call = action.size() > 1 && action[0].is("BAS") && action[1].is("(");
+  return is_call ? read_if(action, read_call) : std::nullopt;
+}
+
+std::expected<TextStatements, Fault> read_statements(std::string_view text) {
+  TextStatements statements{Statements(text), Statements(text), Statements(text)};
+  Cutter cutter(text);
+  Check check;
   std::size_t routine = 0;
   try {
-    for (std::size_t i = 0; i < cut->size(); ++i) {
-      ProgramStatement& statement = statements[i];
-      statement.tokens = std::move((*cut)[i]);
-      statement.is_head = begins_routine(statement.tokens);
-      statement.routine = routine += statement.is_head ? 1 : 0;
-      read_forms(statement);
+    for (Tokens tokens = cutter.next(); !tokens.empty(); tokens = cutter.next()) {
+      check(tokens);
+      if (begins_routine(tokens)) ++routine;
+      sort_in({tokens, routine}, statements);
     }
   } catch (const Fault& fault) {
     return std::unexpected(fault);

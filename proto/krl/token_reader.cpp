@@ -2,10 +2,7 @@
 
 namespace truepose::krl {
 
-const Token& TokenReader::peek(std::size_t ahead) const {
-  static const Token kEnd;
-  return at_ + ahead < tokens_.size() ? tokens_[at_ + ahead] : kEnd;
-}
+const Token TokenReader::kEnd{};
 
 const Token& TokenReader::take() {
   if (at_end()) fail("the line ends too early");

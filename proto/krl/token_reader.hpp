@@ -16,7 +16,9 @@ class TokenReader {
 
   bool at_end() const { return at_ == tokens_.size(); }
   /// The token `ahead` of the next; an empty symbol behind the end.
-  const Token& peek(std::size_t ahead = 0) const;
+  const Token& peek(std::size_t ahead = 0) const {
+    return at_ + ahead < tokens_.size() ? tokens_[at_ + ahead] : kEnd;
+  }
   bool next_is(std::string_view word) const { return peek().is(word); }
   const Token& take();
   bool take_if(std::string_view word);
@@ -37,6 +39,8 @@ class TokenReader {
   const Token& here() const { return tokens_[at_end() ? at_ - 1 : at_]; }
 
  private:
+  static const Token kEnd;
+
   Tokens tokens_;
   std::size_t at_ = 0;
 };

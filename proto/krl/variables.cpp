@@ -13,7 +13,7 @@ VariableType type_of(const Token& token) {
 using Kind = HindranceKind;
 
 void hinder(Variable& variable, Message why, Spot because) {
-  if (!variable.hindrance) variable.hindrance = Hindrance{std::move(why), because};
+  if (!variable.hindrance) variable.hindrance = std::make_shared<Hindrance>(std::move(why), because);
 }
 
 /// NAME, NAME[1] or NAME.X, of which the variable is a part or which it is itself.
@@ -77,13 +77,16 @@ std::optional<std::size_t> Variables::find_element(const Expression& element, Sc
   return found == elements_.end() ? std::nullopt : std::optional{found->second};
 }
 
-void Variables::read_declarations(const SourceText& source, std::size_t file, Statements statements) {
+void Variables::read_declarations(const SourceText& source, std::size_t file,
+                                  const TextStatements& statements) {
   const bool is_config = source.role == SourceText::Role::Config;
-  for (const ProgramStatement& statement : statements) {
-    if (!statement.declaration) continue;
-    const Declaration& declaration = *statement.declaration;
+  // Twice as much at least, since many files may follow each other.
+  const std::size_t needed = variables_.size() + statements.declarations.size();
+  if (needed > variables_.capacity()) variables_.reserve(std::max(needed, 2 * variables_.capacity()));
+  statements.declarations.each([&](const ProgramStatement& statement) {
+    const Declaration declaration = statement.declaration().value();
     declare(declaration, {source.module, statement.routine}, file, is_config || declaration.is_global);
-  }
+  });
 }
 
 void Variables::declare(const Declaration& declaration, Scope scope, std::size_t file, bool is_global) {
@@ -104,19 +107,19 @@ void Variables::declare(const Declaration& declaration, Scope scope, std::size_t
   }
 }
 
-void Variables::read_uses(const SourceText& source, std::size_t file, Statements statements) {
+void Variables::read_uses(const SourceText& source, std::size_t file, const TextStatements& statements) {
   const bool is_program = source.role == SourceText::Role::Program;
-  for (const ProgramStatement& statement : statements) {
-    if (statement.is_head) continue;
+  statements.uses.each([&](const ProgramStatement& statement) {
+    if (statement.is_head) return;
     const Scope scope{source.module, statement.routine};
-    if (statement.assignment) {
-      if (is_program) read_frame_write(statement.assignment->variable, scope, file);
-      read_assignment(*statement.assignment, scope, file);
+    if (const auto assignment = statement.assignment()) {
+      if (is_program) read_frame_write(assignment->variable, scope, file);
+      read_assignment(*assignment, scope, file);
     }
-    for (const Expression& call : statement.calls) read_arguments(call, scope, file);
-    if (!is_program) continue;
-    for (const Expression& element : statement.elements) read_chosen_element(element, scope, file);
-  }
+    for (const Expression& call : statement.calls()) read_arguments(call, scope, file);
+    if (!is_program) return;
+    for (const Expression& element : statement.elements()) read_chosen_element(element, scope, file);
+  });
 }
 
 void Variables::read_assignment(const Assignment& assignment, Scope scope, std::size_t file) {

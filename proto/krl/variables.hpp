@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,7 +35,8 @@ struct Variable {
   bool array = false;
   bool is_element = false;                                   ///< of an array that is declared too
   std::variant<std::monostate, Position, MotionData> value;  ///< none: none given, or not a whole one
-  std::optional<Hindrance> hindrance;                        ///< why a motion to it has no value of the text
+  std::shared_ptr<const Hindrance>
+      hindrance;  ///< why a motion to it has no value of the text; rare and large
 };
 
 /// Where a name is used.
@@ -50,9 +52,9 @@ class Variables {
  public:
   /// Reads the declarations of a file. Its module's name and its text outlive the variables. Throws Fault: a
   /// variable declared twice.
-  void read_declarations(const SourceText& source, std::size_t file, Statements statements);
+  void read_declarations(const SourceText& source, std::size_t file, const TextStatements& statements);
   /// Reads its assignments and calls, once all declarations are read.
-  void read_uses(const SourceText& source, std::size_t file, Statements statements);
+  void read_uses(const SourceText& source, std::size_t file, const TextStatements& statements);
 
   /// @return an index into all(), or nothing where the name is declared elsewhere
   std::optional<std::size_t> find(std::string_view name, Scope scope) const;
