@@ -23,7 +23,8 @@ std::optional<Number> number_of(const Expression& expression) {
   const Expression& digits = is_signed ? expression.parts[0] : expression;
   const auto value = digits.kind == ExpressionKind::Constant ? digits.token.number() : std::nullopt;
   if (!value) return std::nullopt;
-  return Number{expression.token.at, digits.end, is_signed && expression.name == "-" ? -*value : *value};
+  return Number{static_cast<std::uint32_t>(expression.token.at), static_cast<std::uint32_t>(digits.end),
+                is_signed && expression.name == "-" ? -*value : *value};
 }
 
 std::optional<int> index_of(const Expression& expression) {

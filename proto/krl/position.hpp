@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <expected>
 #include <optional>
 
@@ -10,9 +11,10 @@
 
 namespace truepose::krl {
 
-/// A number in a text: its sign and digits are the bytes [begin, end).
+/// A number in a text: its sign and digits are the bytes [begin, end). A program has millions of them, and no
+/// text is as long as 4 GB.
 struct Number {
-  std::size_t begin = 0, end = 0;
+  std::uint32_t begin = 0, end = 0;
   double value = 0;
 };
 
