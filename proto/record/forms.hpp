@@ -152,7 +152,7 @@ void layout(auto& io, Is<Finding> auto& x) {
   io("severity", x.severity, kSeverityNames);
   io("code", x.code);
   io("sentence", x.sentence);
-  io("what_to_do", x.what_to_do);
+  io.optional("what_to_do", x.what_to_do);
 }
 
 void layout(auto& io, Is<ColoredVerdict::Form> auto& x) {

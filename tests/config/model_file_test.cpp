@@ -105,8 +105,8 @@ TEST(ModelFile, KeepsItsVerdictUnderItsHash) {
   ASSERT_TRUE(green.verdict);
   EXPECT_EQ(green.verdict->color(), VerdictColor::Green);
 
-  model.verdict->findings = {{Severity::Error, "it is \"off\": 3 mm"},
-                             {Severity::Note, "one point left out"}};
+  model.verdict->findings = {finding(FindingKind::Tolerance, "it is \"off\": 3 mm"),
+                             finding(FindingKind::Outliers, "one point left out")};
   std::string text = model_yaml(model);
   const ModelFile red = parse_model(text, "m.yaml");
   EXPECT_EQ(red.verdict->color(), VerdictColor::Red);

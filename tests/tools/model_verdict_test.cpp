@@ -58,8 +58,9 @@ class ModelVerdict : public testing::Test {
 };
 
 TEST_F(ModelVerdict, IsToldByEveryCommandThatWorksWithAModelThatFailedIt) {
-  const std::string model = write_model(
-      CalibrationVerdict{{{Severity::Error, "the largest error is 3 mm"}, {Severity::Warning, "and"}}});
+  const std::string model =
+      write_model(CalibrationVerdict{{finding(FindingKind::Tolerance, "the largest error is 3 mm"),
+                                      finding(FindingKind::BelowNoise, "and")}});
   const std::string told =
       model + ": judged red when it was made, do not use it: the largest error is 3 mm\n";
   EXPECT_EQ(said({"fk", "--robot", kRobot, "--model", model, "--joints", joints_}), told);
@@ -86,11 +87,12 @@ TEST_F(ModelVerdict, IsToldWithItsDoubtAndNotWhereNothingFailed) {
   const auto fk = [this](const std::string& model) {
     return said({"fk", "--robot", kRobot, "--model", model, "--joints", joints_});
   };
-  const std::string model = write_model(CalibrationVerdict{{{Severity::Warning, "2 poses say little"}}});
+  const std::string model =
+      write_model(CalibrationVerdict{{finding(FindingKind::FewValidated, "2 poses say little")}});
   EXPECT_EQ(
       fk(model),
       model + ": judged amber when it was made, look into that before you use it: 2 poses say little\n");
-  EXPECT_EQ(fk(write_model(CalibrationVerdict{{{Severity::Advice, "no noise is stated"}}})), "");
+  EXPECT_EQ(fk(write_model(CalibrationVerdict{{finding(FindingKind::LeavesSome, "some is left")}})), "");
   EXPECT_EQ(fk(write_model(CalibrationVerdict{})), "");
   EXPECT_EQ(fk(write_model(std::nullopt)), "");
 }
@@ -112,13 +114,13 @@ TEST_F(ModelVerdict, IsWhatCalibrateFound) {
   EXPECT_EQ(made.verdict->color(), VerdictColor::Red);
   const std::string why = made.verdict->findings.front().sentence;
   EXPECT_TRUE(why.contains("beyond the tolerance of 0.001 mm")) << why;
-  EXPECT_EQ(refused.err, "truepose: " + data + ": " + why + "\n");
+  EXPECT_EQ(refused.err, "truepose: " + data + ": " + why + ". Add layers or poses, or allow more.\n");
   EXPECT_EQ(said({"fk", "--robot", kRobot, "--model", path("made.yaml"), "--joints", joints_}),
             path("made.yaml") + ": judged red when it was made, do not use it: " + why + "\n");
 }
 
 TEST_F(ModelVerdict, StaysWithAModelThatIsBroughtUpToDate) {
-  const CalibrationVerdict red{{{Severity::Error, "the largest error is 3 mm"}}};
+  const CalibrationVerdict red{{finding(FindingKind::Tolerance, "the largest error is 3 mm")}};
   const std::string model = write_model(red);
   const Finished run =
       run_program("truepose", {"drift", "--robot", kRobot, "--model", model, "--data",

@@ -256,7 +256,7 @@ TEST_F(PositionerCommand, ARootFarFromTheGivenOneAsksForTheStationOfTheTracker) 
 TEST_F(PositionerCommand, TellsThatTheTableFailedItsVerdictHereAndWhereItIsUsed) {
   calibrate_table(kTiltAndTurn);
   config::ModelFile table = config::load_model(path("table_model.yaml"));
-  table.verdict = CalibrationVerdict{{{Severity::Error, "it is off by 3 mm"}}};
+  table.verdict = CalibrationVerdict{{finding(FindingKind::Tolerance, "it is off by 3 mm")}};
   folder_.write("table_model.yaml", config::model_yaml(table));
   const std::string told = ": judged red when it was made, do not use it: it is off by 3 mm\n";
   const Finished made =

@@ -59,7 +59,7 @@ TEST_F(ReportCommand, EndsByTheVerdictAsCalibrateDoes) {
                             {"sentence", "the identification did not converge"},
                             {"what_to_do", "check the robot file"}}}}};
   EXPECT_EQ(report(document), 1);
-  EXPECT_EQ(err_, "truepose: the identification did not converge\n");
+  EXPECT_EQ(err_, "truepose: the identification did not converge. Check the robot file.\n");
   document.erase("verdict");
   EXPECT_EQ(report(document), 1) << "nothing looks good that was not judged";
 }

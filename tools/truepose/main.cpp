@@ -19,7 +19,7 @@ void keep_freed_memory() {
   mallopt(M_TRIM_THRESHOLD, 512 * kMebibyte);
 }
 
-/// `truepose experiment` is a program of its own in the same folder, which is built but not installed.
+/// The experiments are a program of their own in the same folder, which is built but not installed.
 int run_experiment(char** arguments) {
   const auto program =
       std::filesystem::read_symlink("/proc/self/exe").replace_filename("truepose-experiment");

@@ -232,8 +232,7 @@ TEST(ExchangedReflector, IsNamed) {
       EXPECT_EQ(is.movement->what, (Change{ChangeKind::Reflector, 0})) << longer_mm << " mm, seed " << seed;
       EXPECT_EQ(is.movement->first, 30u) << longer_mm << " mm, seed " << seed;
       EXPECT_TRUE(is.verdict.failed());
-      EXPECT_FALSE(says(is.verdict, "identify the non-geometric errors of the joints too"))
-          << "seed " << seed;
+      EXPECT_FALSE(says(is.verdict, "times the noise that is stated")) << "seed " << seed;
     }
   }
 }
@@ -287,7 +286,7 @@ TEST(ModelThatLeavesFarMoreThanNoise, IsNotGreen) {
     for (double& q : point.q) q -= 0.02 * kRadPerDeg * std::sin(q);
   const Judged is = judged(data);
   EXPECT_EQ(is.verdict.color(), VerdictColor::Amber);
-  EXPECT_TRUE(says(is.verdict, "identify the non-geometric errors of the joints too"));
+  EXPECT_TRUE(says(is.verdict, "times the noise that is stated"));
 }
 
 }  // namespace

@@ -147,7 +147,7 @@ TEST(VerdictOnASoundCampaign, IsSeldomADoubtForAHeavyArmThatItsModelDescribesInP
 TEST(VerdictOnABadCampaign, SeesAModelThatLeavesTenTimesTheNoise) {
   const NonGeometricErrors heavy = heavy_arm_errors({.backlash_rad = 0.002 * kRadPerDeg});
   const int runs = trials(100);
-  EXPECT_EQ(told(runs, "identify the non-geometric errors of the joints too", {.errors = heavy}), runs);
+  EXPECT_EQ(told(runs, "times the noise that is stated", {.errors = heavy}), runs);
   EXPECT_GE(doubted(runs, {.errors = heavy}), runs * 9 / 10);
 }
 

@@ -37,7 +37,8 @@ std::shared_ptr<CampaignResult> example_result(bool improves) {
   found.calibration.validate->geometric.mean = 0.04;
   found.remeasured.emplace();
   found.remeasured->mean = 0.05;
-  if (!improves) found.verdict.findings = {{Severity::Error, "it is no better than the nominal arm"}};
+  if (!improves)
+    found.verdict.findings = {finding(FindingKind::NoBetter, "it is no better than the nominal arm")};
   return result;
 }
 
@@ -137,9 +138,9 @@ TEST_F(StoreJournalTest, KeepsButDoesNotActivateAModelThatItsDataContradictAndSa
   ASSERT_TRUE(finish(kept.begin(0)));
   const auto result = example_result(true);
   result->as<CalibrationResult>().verdict.findings = {
-      {Severity::Error, "the reference pose did not stay where it was"},
-      {Severity::Warning, "the tracker moved"},
-      {Severity::Advice, "measure more poses"}};
+      finding(FindingKind::ReferenceMoved, "the reference pose did not stay where it was"),
+      finding(FindingKind::NestsMoved, "the tracker moved"),
+      finding(FindingKind::UnknownElsewhere, "measure more poses")};
   ASSERT_TRUE(finish(kept.end(result, std::nullopt)));
   EXPECT_FALSE(kept.activated());
   EXPECT_FALSE(*store->active_model());
