@@ -13,7 +13,7 @@ namespace truepose {
 enum class CalibrationFault {
   TooFewPoses,
   NotFinite,
-  NotSeparable,  ///< base and reflector offset cannot be told apart
+  NotSeparable,  ///< base and reflector offset cannot be separated
   WrongModel,    ///< the nominal arm cannot be right
   WrongTurns,    ///< the orientations of targets do not follow the arm
   NoNoise,       ///< orientations without a noise of the positions that they are weighed against

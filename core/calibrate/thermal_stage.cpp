@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kOwnPart =
     1e-9;  // of a column's squares: what the parameters do not take up of it is rounding
-constexpr int kFewestToWarm = 40;  // of which warmth is looked for that nobody told of
+constexpr int kFewestToWarm = 40;  // in which warm-up is sought without temperatures
 // Standard errors of what the response takes from points left out: where it was asked for, and where not.
 constexpr double kBeyondChance = 2, kBeyondDoubt = 3;
 constexpr double kAsWell = 0.5;       // standard errors of what one time constant explains more than another

@@ -93,7 +93,7 @@ int doubted(int runs, MeasuredCampaign::Options options) {
 }
 
 /// In how many of so many seeded campaigns a verdict says such words.
-int told(int runs, std::string_view words, MeasuredCampaign::Options options) {
+int campaigns_saying(int runs, std::string_view words, MeasuredCampaign::Options options) {
   int count = 0;
   for (int run = 0; run < runs; ++run) {
     options.seed = static_cast<std::uint64_t>(run) + 1;
@@ -147,7 +147,7 @@ TEST(VerdictOnASoundCampaign, IsSeldomADoubtForAHeavyArmThatItsModelDescribesInP
 TEST(VerdictOnABadCampaign, SeesAModelThatLeavesTenTimesTheNoise) {
   const NonGeometricErrors heavy = heavy_arm_errors({.backlash_rad = 0.002 * kRadPerDeg});
   const int runs = trials(100);
-  EXPECT_EQ(told(runs, "times the noise that is stated", {.errors = heavy}), runs);
+  EXPECT_EQ(campaigns_saying(runs, "times the noise that is stated", {.errors = heavy}), runs);
   EXPECT_GE(doubted(runs, {.errors = heavy}), runs * 9 / 10);
 }
 
@@ -169,8 +169,8 @@ TEST(VerdictOnABadCampaign, SeesATrackerThatMovesLittleByLittle) {
       const auto moving = [=](TrueArmSetup& truth, TrackerNoiseModel&, int point) {
         if (point > 0) truth.X_WB.translation() += step_mm;
       };
-      const int seen =
-          told(runs, "little by little", {.identify = identify, .validate = validate, .before = moving});
+      const int seen = campaigns_saying(runs, "little by little",
+                                        {.identify = identify, .validate = validate, .before = moving});
       std::cout << way_mm << " mm over " << identify << " + " << validate << " poses: named in " << seen
                 << " of " << runs << '\n';
       // 0.05 mm is 0.014 mm of scatter, less than a reading's.
@@ -184,8 +184,8 @@ TEST(VerdictOnABadCampaign, DoesNotCallATrackerMovedThatIsNoisierThanStated) {
   const auto noisy = [](TrueArmSetup&, TrackerNoiseModel& noise, int) { noise.range_mm = 0.05; };
   for (const auto& [identify, validate] : {std::pair{30, 30}, std::pair{16, 8}, std::pair{10, 6}}) {
     const int runs = trials(400);
-    const int accused = told(runs, "the tracker or the base moved",
-                             {.identify = identify, .validate = validate, .before = noisy});
+    const int accused = campaigns_saying(runs, "the tracker or the base moved",
+                                         {.identify = identify, .validate = validate, .before = noisy});
     std::cout << identify << " + " << validate << " poses: called moved in " << accused << " of " << runs
               << '\n';
     EXPECT_LE(accused, (identify == 10 ? 0.05 : 0.005) * trials(400) + (all_trials() ? 0 : 2));
@@ -264,7 +264,7 @@ TEST(VerdictOnABadCampaign, SeesNoiseThatNobodyStated) {
   const int runs = trials(200);
   EXPECT_EQ(doubted(runs, {.before = noisy}), runs);
   EXPECT_EQ(doubted(runs, {.reference_every = 0, .before = noisy}), runs);
-  EXPECT_EQ(told(1, "times the noise that is stated", {.before = noisy}), 1);
+  EXPECT_EQ(campaigns_saying(1, "times the noise that is stated", {.before = noisy}), 1);
   const auto sixth = [](TrueArmSetup&, TrackerNoiseModel& noise, int point) {
     noise.range_mm = noise.transverse_mm = point % 6 == 5 ? 3 : 0.01;
   };
