@@ -110,8 +110,6 @@ CellDevices::CellDevices(const config::CellConfig& config, CampaignDevices devic
       on_waiting_{std::move(on_waiting)} {}
 
 CellDevices::Outcome<Identities> CellDevices::connect(ArmProof proof, bool with_tracker) {
-  robot_.disconnect();
-  if (with_tracker) tracker_.disconnect();
   await(CellDevice::Controller, "it has to connect");
   auto robot = co_await connect_robot(proof);
   if (!robot) co_return std::unexpected(robot.error());
@@ -181,7 +179,6 @@ asio::awaitable<DeviceError> CellDevices::explained(DeviceError error) {
 }
 
 CellDevices::Outcome<drivers::RobotIdentity> CellDevices::connect_robot(ArmProof proof) {
-  robot_.disconnect();
   const TimePoint deadline = clock_.now() + kRobotConnect;
   auto identity = co_await robot_.connect(deadline);
   if (!identity) {
@@ -200,7 +197,6 @@ CellDevices::Outcome<drivers::RobotIdentity> CellDevices::connect_robot(ArmProof
 }
 
 CellDevices::Outcome<drivers::TrackerIdentity> CellDevices::connect_tracker() {
-  tracker_.disconnect();
   const TimePoint deadline = clock_.now() + kTrackerConnect;
   auto identity = co_await tracker_.connect(deadline);
   if (!identity) co_return std::unexpected(device_error(identity.error(), config_.tracker));

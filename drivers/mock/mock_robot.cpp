@@ -24,6 +24,8 @@ asio::awaitable<std::expected<RobotIdentity, RobotError>> MockRobot::connect(Tim
 asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::state(TimePoint deadline) {
   if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "not connected"});
   auto seen = co_await look(deadline);
+  if (!connected_)
+    co_return std::unexpected(RobotError{RobotFault::Disconnected, "the question was cut off"});
   co_return seen;
 }
 

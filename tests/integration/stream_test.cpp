@@ -109,8 +109,12 @@ TEST_F(AStreamUnderWay, AnswersEveryPacketHoldsThroughAStallAndRampsOutAtTheEnd)
   const json::value undisturbed = cell.simulated().at("rsi");
   std::printf("daemon: %s\nsimulator: %s\n", json::serialize(stream).c_str(),
               json::serialize(undisturbed).c_str());
-  EXPECT_EQ(number(stream, "/answered") + number(stream, "/unconfirmed"), number(stream, "/cycles"));
-  EXPECT_LE(number(stream, "/unconfirmed"), 10) << "at the start, until it is known that nothing is in force";
+  const double answered = number(stream, "/answered"), held = number(stream, "/held"),
+               unconfirmed = number(stream, "/unconfirmed");
+  EXPECT_EQ(answered + held + unconfirmed, number(stream, "/cycles"));
+  // At the start, until it is known that nothing is in force: the controller has missed these replies. A
+  // pause of the machine makes them more.
+  EXPECT_LE(unconfirmed, missed_cycles(undisturbed));
   EXPECT_EQ(stream.at("unexpected_sender"), 0);
   EXPECT_EQ(stream.at("malformed"), 0);
   EXPECT_EQ(stream.at("wrong_ipoc"), 0);

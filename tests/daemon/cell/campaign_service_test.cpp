@@ -31,6 +31,23 @@ TEST_F(CampaignServiceTest, CalibratesActivatesTheModelAndTellsEachStep) {
   EXPECT_EQ(now.at_pointer("/robot/serial"), "MOCK-0001") << "which the campaign has connected";
 }
 
+/// At whatever moment between two questions: one that is under way gets its answer before the campaign
+/// connects.
+TEST_F(CampaignServiceTest, WaitsForNoControllerThatAnswersTheQuestionsOfAReadyCell) {
+  play([this]() -> Wait {
+    co_await connected();
+    for (drivers::Duration after = 0ms; after < 1s; after += 10ms) {
+      co_await pass(1s + after);
+      send("campaign.start");
+      co_await pass(2s);
+      co_await ask("campaign.abort");
+      co_await pass(1min);
+    }
+  });
+  for (const json::value& event : told(control::Topic::Cell))
+    EXPECT_THAT(control::json_text(event), testing::Not(HasSubstr("cut off")));
+}
+
 TEST_F(CampaignServiceTest, KeepsTheModelInForceWhereTheNewOneIsNotToBeActivated) {
   const json::value campaign = ended("campaign.start", {{"activate", false}});
   EXPECT_EQ(status().at_pointer("/model/id"), "m1");
