@@ -9,6 +9,15 @@
 #include "core/calibrate/option_names.hpp"
 #include "proto/record/json_io.hpp"
 
+namespace truepose::record {
+
+void layout(Io& io, TrackerNoiseModel& x) {
+  io("range_mm", x.range_mm, Range{1e-6, 10});
+  io("transverse_mm_per_m", x.transverse_mm_per_m, Range{1e-6, 10});
+}
+
+}  // namespace truepose::record
+
 namespace truepose::config {
 
 constexpr std::array kRearms{Named{"manual", Rearm::Manual}, Named{"automatic", Rearm::Automatic}};
@@ -22,24 +31,19 @@ constexpr std::array kApproachSides{Named{"any", ApproachSide::Any}, Named{"upwa
 struct HostPort {
   std::uint16_t least_port = 1;
   std::string form_of(const Endpoint& endpoint) const { return config::text(endpoint); }
-  void read(const YamlValue& value, Endpoint& x) const {
+  void read(const Io& io, Endpoint& x) const {
+    const YamlValue& value = yaml_value(io);
     auto endpoint = parse_endpoint(value.text(), least_port);
     if (!endpoint) value.fail(endpoint.error());
     x = *std::move(endpoint);
   }
 };
 
-/// The name of a file, seen from the one that names it.
-struct FileName {
-  std::string form_of(const std::filesystem::path& file) const { return file.string(); }
-  void read(const YamlValue& value, std::filesystem::path& x) const { x = value.file(); }
-};
-
 /// HOST:PORT of a socket of ours, or "off".
 struct HostPortOrOff {
-  void read(const YamlValue& value, std::optional<Endpoint>& x) const {
+  void read(const Io& io, std::optional<Endpoint>& x) const {
     x.reset();
-    if (value.text() != "off") HostPort{0}.read(value, x.emplace());
+    if (yaml_value(io).text() != "off") HostPort{0}.read(io, x.emplace());
   }
 };
 
@@ -58,7 +62,7 @@ struct Origins {
 
 /// {kg, x, y, z} that the arm carries.
 struct Payload {
-  void read(const YamlValue& value, RobotModel& robot) const { add_payload(robot, value); }
+  void read(const Io& io, RobotModel& robot) const { add_payload(robot, yaml_value(io)); }
 };
 
 struct LogLevel {
@@ -82,8 +86,8 @@ struct OfDifferentTools {
 /// Files of measured tools, each of another number.
 struct ToolFiles {
   const RobotModel& robot;
-  void read(const YamlValue& list, std::vector<ToolFile>& tools) const {
-    for (const YamlValue& each : list.list()) {
+  void read(const Io& io, std::vector<ToolFile>& tools) const {
+    for (const YamlValue& each : yaml_value(io).list()) {
       ToolFile tool = load_tool(each.file(), robot);
       if (std::ranges::find(tools, tool.number, &ToolFile::number) != tools.end())
         each.fail("another file is of tool " + std::to_string(tool.number) + " too");
@@ -94,7 +98,7 @@ struct ToolFiles {
 
 // ---- Layouts; the file says the unit of every number beside it
 
-void layout(auto& io, Is<RobotConfig> auto& x) {
+void layout(Io& io, RobotConfig& x) {
   io("file", x.file);
   io.on_read(x, [](auto& robot) {
     robot.model = load_robot(robot.file);
@@ -110,9 +114,9 @@ void layout(auto& io, Is<RobotConfig> auto& x) {
   io.optional("repeatability_mm", x.repeatability_mm, Range{1e-6, 10});
 }
 
-void layout(auto& io, Is<StreamConfig> auto& x) {
+void layout(Io& io, StreamConfig& x) {
   io("listen", x.listen, HostPort{0});
-  io("ethernet_xml", x.ethernet_xml, FileName{});
+  io("ethernet_xml", x.ethernet_xml);
   io.optional("cycle_ms", x.cycle, Whole{1, 100});
   io.optional("timeout_cycles", x.timeout_cycles, Whole{1, 100'000});
   io.optional("rearm", x.rearm, kRearms);
@@ -128,7 +132,7 @@ void layout(auto& io, Is<StreamConfig> auto& x) {
   io.optional("ramp_ms", x.ramp, Whole{200, 60'000});
 }
 /// A step is small or large by the time that it takes: what the arm is asked for is a speed.
-void check(const auto& io, const StreamConfig& stream) {
+void check(const Io& io, const StreamConfig& stream) {
   constexpr double kGreatest_deg_s = 25;
   const double seconds = std::chrono::duration<double>(stream.cycle).count();
   if (stream.max_step_deg <= kGreatest_deg_s * seconds * (1 + 1e-9)) return;
@@ -136,15 +140,10 @@ void check(const auto& io, const StreamConfig& stream) {
   text << "a step of " << stream.max_step_deg << " deg every " << stream.cycle.count() << " ms is "
        << stream.max_step_deg / seconds << " deg/s: expected at most " << kGreatest_deg_s << " deg/s, here "
        << kGreatest_deg_s * seconds << " deg";
-  io.at("max_step_deg").fail(text.str());
+  io.fail_at("max_step_deg", text.str());
 }
 
-void layout(auto& io, Is<TrackerNoiseModel> auto& x) {
-  io("range_mm", x.range_mm, Range{1e-6, 10});
-  io("transverse_mm_per_m", x.transverse_mm_per_m, Range{1e-6, 10});
-}
-
-void layout(auto& io, Is<TrackerConfig> auto& x) {
+void layout(Io& io, TrackerConfig& x) {
   io.optional("protocol", x.protocol, kTrackerProtocols);
   io("address", x.address, HostPort{});
   io.defaulted("reflector", x.reflector);
@@ -159,18 +158,18 @@ void layout(auto& io, Is<TrackerConfig> auto& x) {
   io.optional("max_std_mm", x.max_std_mm, Range{0, 10});
   io.optional("nests", x.nests_mm, kPoint);
   io.optional("air", x.air);
-  io.defaulted("air_file", x.air_file, FileName{});
+  io.defaulted("air_file", x.air_file);
   io.optional("air_max_age_s", x.air_max_age, Whole{1, 86'400});
 }
-void check(const auto& io, const TrackerConfig& tracker) {
+void check(const Io& io, const TrackerConfig& tracker) {
   if (tracker.air && !tracker.air_file.empty())
-    io.at("air_file").fail("air is given already: leave one of them out");
+    io.fail_at("air_file", "air is given already: leave one of them out");
   constexpr std::size_t kFewest = 3;  // by which a turn shows
   if (!tracker.nests_mm.empty() && tracker.nests_mm.size() < kFewest)
-    io.at("nests").fail("expected none or at least " + std::to_string(kFewest) + ", not all on one line");
+    io.fail_at("nests", "expected none or at least " + std::to_string(kFewest) + ", not all on one line");
 }
 
-void layout(auto& io, Is<ReflectorConfig> auto& x) {
+void layout(Io& io, ReflectorConfig& x) {
   io.optional("name", x.name);
   io.optional("offset_mm", x.p_FS_mm, kPoint);
   io.optional("facing", x.facing_F, Direction{});
@@ -179,7 +178,8 @@ void layout(auto& io, Is<ReflectorConfig> auto& x) {
 
 /// A list of reflectors, the first of which is the cell's; they are called 1, 2, ... where no name is given.
 struct Reflectors {
-  void read(const YamlValue& list, CellConfig& cell) const {
+  void read(const Io& io, CellConfig& cell) const {
+    const YamlValue& list = yaml_value(io);
     if (list.list().empty() || list.list().size() > kMostReflectors)
       list.fail("expected 1 to " + std::to_string(kMostReflectors) + " reflectors, found " +
                 std::to_string(list.list().size()));
@@ -196,7 +196,7 @@ struct Reflectors {
   }
 };
 
-void layout(auto& io, Is<CampaignConfig> auto& x) {
+void layout(Io& io, CampaignConfig& x) {
   io.optional("identify_poses", x.identify_poses, Whole{5, 10'000});
   io.optional("validate_poses", x.validate_poses, Whole{0, 10'000});
   io.optional("drift_poses", x.drift_poses, Whole{1, 1000});
@@ -221,11 +221,10 @@ void layout(auto& io, Is<CampaignConfig> auto& x) {
   io.optional("approach_deg", x.approach_deg, Range{0.1, 45});
   io.optional("remeasure", x.remeasure);
 }
-void check(const auto& io, const CampaignConfig& campaign) {
+void check(const Io& io, const CampaignConfig& campaign) {
   if (campaign.coarse_after <= campaign.identify_poses) return;
-  io.place().fail("coarse_after is more than identify_poses: expected at most " +
-                  std::to_string(campaign.identify_poses) + ", found " +
-                  std::to_string(campaign.coarse_after));
+  io.fail("coarse_after is more than identify_poses: expected at most " +
+          std::to_string(campaign.identify_poses) + ", found " + std::to_string(campaign.coarse_after));
 }
 
 /// What stands around the arm, and on its flange, which is a part of its body.
@@ -233,7 +232,7 @@ struct SurroundingsAndTool {
   Surroundings& about;
   RobotConfig& robot;
 };
-void layout(auto& io, SurroundingsAndTool& x) {
+void layout(Io& io, SurroundingsAndTool& x) {
   io.optional("floor_mm", x.about.floor_mm, kMm);
   io.optional("clearance_mm", x.about.clearance_mm, Range{0, 10'000});
   io.optional("tracker_radius_mm", x.about.tracker_radius_mm, Range{0, 10'000});
@@ -243,7 +242,7 @@ void layout(auto& io, SurroundingsAndTool& x) {
   for (const Capsule& capsule : tool) x.robot.body.push_back({x.robot.model.joint_count() + 1, capsule});
 }
 
-void layout(auto& io, Is<CalibrationConfig> auto& x) {
+void layout(Io& io, CalibrationConfig& x) {
   io.optional("non_geometric", x.non_geometric, kNoneOrAuto);
   io.optional("harmonics", x.harmonics, Whole{1, 10'000});
   io.optional("residual", x.field, kFieldNames);
@@ -256,12 +255,12 @@ struct CampaignOptions {
   CampaignConfig campaign;
   CalibrationConfig calibration;
 };
-void layout(auto& io, Is<CampaignOptions> auto& x) {
+void layout(Io& io, CampaignOptions& x) {
   io("campaign", x.campaign);
   io("calibration", x.calibration);
 }
 
-void layout(auto& io, Is<Iso9283Config> auto& x) {
+void layout(Io& io, Iso9283Config& x) {
   io.optional("cycles", x.cycles, Whole{2, 1000});
   io.optional("variation", x.variation);
   io.optional("centre", x.cube.centre_mm, kPoint);
@@ -270,36 +269,36 @@ void layout(auto& io, Is<Iso9283Config> auto& x) {
   io.optional("plane", x.cube.plane, kPlaneNames);
 }
 
-void layout(auto& io, Is<TlsConfig> auto& x) {
+void layout(Io& io, TlsConfig& x) {
   io("listen", x.listen, HostPort{0});
   io("certificate", x.certificate);
   io("key", x.key);
 }
 
-void layout(auto& io, Is<ControlConfig> auto& x) {
+void layout(Io& io, ControlConfig& x) {
   io.optional("listen", x.listen, HostPort{0});
   io("token_file", x.token_file);
   io.optional("tls", x.tls);
 }
 
-void layout(auto& io, Is<WebConfig> auto& x) {
+void layout(Io& io, WebConfig& x) {
   io.optional("listen", x.listen, HostPortOrOff{});
   io.optional("origins", x.origins, Origins{});
 }
 
-void layout(auto& io, Is<RecordingConfig> auto& x) {
-  io.defaulted("folder", x.folder, FileName{});
+void layout(Io& io, RecordingConfig& x) {
+  io.defaulted("folder", x.folder);
   io.optional("ring_mb", x.ring_mb, Whole{1, 4096});
   io.optional("max_files", x.max_files, Whole{1, 1000});
   io.optional("max_mb", x.max_mb, Whole{1, 1'000'000});
 }
 
-void layout(auto& io, Is<ToolLoad> auto& x) {
+void layout(Io& io, ToolLoad& x) {
   io("tool", x.tool, Whole{0, 1000});
   layout(io, x.payload);
 }
 
-void layout(auto& io, Is<CellConfig> auto& x) {
+void layout(Io& io, CellConfig& x) {
   io("name", x.name);
   io("robot", x.robot);
   io.optional("tools", x.tools, ToolFiles{x.robot.model});
@@ -324,9 +323,9 @@ void layout(auto& io, Is<CellConfig> auto& x) {
   io.optional("log_level", x.log_level, LogLevel{});
 }
 
-void check(const auto& io, const CellConfig&) {
+void check(const Io& io, const CellConfig&) {
   if (io.has("reflector", false) && io.has("reflectors", false))
-    io.at("reflectors").fail("reflector is given already: leave one of them out");
+    io.fail_at("reflectors", "reflector is given already: leave one of them out");
 }
 
 std::vector<ReflectorConfig> reflectors_of(const CellConfig& cell) {
@@ -352,13 +351,6 @@ std::string campaign_options(const CellConfig& cell) {
   return yaml_of(CampaignOptions{cell.campaign, cell.calibration});
 }
 
-/// JSON of this namespace, whose layouts say what the records of core are in a file.
-struct FileJson : JsonText {};
-template <class T>
-boost::json::value shown(const T& x) {
-  return WriteIo<FileJson>::value(x);
-}
-
 // By hand is what a layout does not have, as the name of the robot's model, and what keeps secrets: of these
 // sections a key is shown only where it is named here.
 boost::json::object cell_json(const CellConfig& cell) {
@@ -371,17 +363,17 @@ boost::json::object cell_json(const CellConfig& cell) {
             {"eki_motion", text(robot.eki_motion)},
             {"eki_state", text(robot.eki_state)},
             {"expect_model", robot.expect_model}}},
-          {"loads", shown(cell.loads)},
-          {"stream", shown(cell.stream)},
-          {"tracker", shown(cell.tracker)},
-          {"reflectors", shown(reflectors_of(cell))},
-          {"campaign", shown(cell.campaign)},
-          {"calibration", shown(cell.calibration)},
-          {"iso9283", shown(cell.iso9283)},
+          {"loads", value_json(cell.loads)},
+          {"stream", value_json(cell.stream)},
+          {"tracker", value_json(cell.tracker)},
+          {"reflectors", value_json(reflectors_of(cell))},
+          {"campaign", value_json(cell.campaign)},
+          {"calibration", value_json(cell.calibration)},
+          {"iso9283", value_json(cell.iso9283)},
           {"control", {{"listen", text(cell.control.listen)}}},
           {"web", {{"listen", web.listen ? boost::json::value(text(*web.listen)) : boost::json::value{}}}},
           {"store", cell.store.string()},
-          {"recording", shown(cell.recording)}};
+          {"recording", value_json(cell.recording)}};
 }
 
 void use_campaign_options(CellConfig& cell, const std::string& text) {

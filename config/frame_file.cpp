@@ -21,7 +21,7 @@
 
 namespace truepose::config {
 
-void layout(auto& io, Is<ToolFile> auto& x) {
+void layout(Io& io, ToolFile& x) {
   io("number", x.number, kFrameNumber);
   io("arm", x.arm);
   io.optional("serial", x.serial);
@@ -30,12 +30,20 @@ void layout(auto& io, Is<ToolFile> auto& x) {
   io("readings", x.data.readings);
 }
 
-void layout(auto& io, Is<FrameReadings> auto& x) {
+}  // namespace truepose::config
+
+namespace truepose::record {
+
+void layout(Io& io, FrameReadings& x) {
   io("points", x.points);
   io("readings", x.readings);
 }
 
-void layout(auto& io, Is<BaseFile> auto& x) {
+}  // namespace truepose::record
+
+namespace truepose::config {
+
+void layout(Io& io, BaseFile& x) {
   io("number", x.number, kFrameNumber);
   io("arm", x.arm);
   io("model", x.model, MayBeEmpty{});

@@ -32,21 +32,31 @@ constexpr Whole kFrameNumber{1, 1000};
 
 // ---- Layouts; frames in KUKA's mm and deg, all else in mm and rad
 
-void layout(auto& io, Is<FramePoint> auto& x) {
+}  // namespace truepose::config
+
+namespace truepose::record {
+
+using config::JointList;
+using config::kFrameNumber;
+using config::PointNumber;
+
+inline void layout(Io& io, FramePoint& x) {
   io("name", x.name);
   io.optional("p", x.p_mm, kPoint);
 }
 
-void layout(auto& io, Is<MeasuredOrientation> auto& x) {
+inline void layout(Io& io, MeasuredOrientation& x) {
   io("axes", x.R_WT, KukaAngles{});
   io("sigma", x.sigma_rad, Degrees{}, Range{1e-9, 10});
 }
 
-void layout(auto& io, Is<FrameReading> auto& x) {
+inline void layout(Io& io, FrameReading& x) {
   io("point", x.point, PointNumber{}, kFrameNumber);
   io("q", x.q, JointList{});
   io.optional("seen", x.p_WS_mm, Xyz{kMm});
   io.optional("turned", x.orientation);
 }
 
-}  // namespace truepose::config
+}  // namespace truepose::record
+
+namespace truepose::config {}  // namespace truepose::config

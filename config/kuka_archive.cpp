@@ -71,7 +71,8 @@ Zip open_zip(const fs::path& file) {
   zip_error_init_with_code(&error, code);
   const std::string why = zip_error_strerror(&error);
   zip_error_fini(&error);
-  throw ConfigError{file.string() + ": no archive: " + why + ". Give the folder that holds KRC, or its .zip."};
+  throw ConfigError{file.string() + ": no archive: " + why +
+                    ". Give the folder that holds KRC, or its .zip."};
 }
 
 std::string read_of_zip(zip_t* zip, const zip_stat_t& stat, const std::string& place) {

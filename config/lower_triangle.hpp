@@ -22,7 +22,8 @@ struct LowerTriangle {
     return rows;
   }
   template <class Derived>
-  void read(const YamlValue& value, Eigen::PlainObjectBase<Derived>& covariance) const {
+  void read(const Io& io, Eigen::PlainObjectBase<Derived>& covariance) const {
+    const YamlValue& value = yaml_value(io);
     const std::vector<YamlValue>& rows = value.list();
     if (rows.size() != static_cast<std::size_t>(size))
       value.fail("expected a row for each of " + std::to_string(size) + " parameters");

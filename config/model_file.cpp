@@ -90,9 +90,9 @@ struct Terms {
     for (const DeviationTerm& term : terms) form.push_back({term, count()});
     return form;
   }
-  void read(const YamlValue& list, std::vector<DeviationTerm>& terms) const {
+  void read(const Io& io, std::vector<DeviationTerm>& terms) const {
     std::set<int> guided;
-    for (const YamlValue& each : list.list()) {
+    for (const YamlValue& each : yaml_value(io).list()) {
       Term form{{}, count()};
       read_value(each, form);
       terms.push_back(form.term);
@@ -128,7 +128,8 @@ struct FieldForm {
             .p_F_mm = fitted.p_F_mm(),
             .variance_factor = fitted.variance_factor()};
   }
-  void read(const YamlValue& value, std::shared_ptr<const ResidualField>& field) const {
+  void read(const Io& io, std::shared_ptr<const ResidualField>& field) const {
+    const YamlValue& value = yaml_value(io);
     Field form{.robot = robot, .state = {}};
     read_value(value, form);
     const auto regressor = restore_gaussian_process(form.state);
@@ -139,15 +140,22 @@ struct FieldForm {
 
 /// Rows of equally many numbers.
 struct RowsOfAnyLength : Rows {
-  void read(const YamlValue& value, Eigen::MatrixXd& A) const {
-    const std::vector<YamlValue>& rows = value.list();
-    Rows{{rows.empty() ? 0 : static_cast<int>(rows.front().list().size())}}.read(value, A);
+  void read(const Io& io, Eigen::MatrixXd& A) const {
+    const std::vector<YamlValue>& rows = yaml_value(io).list();
+    Rows{{rows.empty() ? 0 : static_cast<int>(rows.front().list().size())}}.read(io, A);
   }
 };
 
 // ---- Layouts; mm, rad and kg
 
-void layout(auto& io, Is<Joint> auto& x) {
+}  // namespace truepose::config
+
+namespace truepose::record {
+
+using config::FieldForm, config::JointCount, config::OnePerJoint, config::RowsOfAnyLength, config::Terms,
+    config::ThreeRowsOfFour, config::UnitVector;
+
+void layout(Io& io, Joint& x) {
   io.optional("type", Unless{JointType::Revolute, x.type}, kJointTypes);
   io("a", x.a_mm, kMm);
   io("alpha", x.alpha_rad, kRad);
@@ -161,29 +169,8 @@ void layout(auto& io, Is<Joint> auto& x) {
   io.defaulted("acceleration", x.acceleration);
 }
 
-void layout(auto& io, Is<Terms::Term> auto& x) {
-  constexpr int kHighestOrder = 100'000;
-  io("joint", x.term.joint, FromOne{}, Whole{1, x.joints});
-  io("basis", x.term.basis, kDeviationBases);
-  // The order of a weight or moment is a link frame's number.
-  const int highest = x.term.basis == DeviationBasis::Weight ? x.joints + 1
-                      : is_moment(x.term.basis)              ? x.joints
-                                                             : kHighestOrder;
-  io.defaulted("order", x.term.order, Whole{1, highest});
-  io("coefficient", x.term.coefficient);
-}
-
-void layout(auto& io, Is<FieldForm::Field> auto& x) {
-  io("kind", x.kind, FieldForm::kKinds);
-  io("point", x.p_F_mm, kPoint);
-  io.defaulted("variance_factor", x.variance_factor, kNotNegative);
-  io("hyper", x.state.hyper);
-  io("x", x.state.X, Rows{{field_features(x.robot)}});
-  io("y", x.state.Y, Rows{{3, 6}});
-}
-
 /// What goes beyond geometry may be absent.
-void layout(auto& io, Is<RobotModel> auto& x) {
+void layout(Io& io, RobotModel& x) {
   io("name", x.name);
   io("joints", x.joints, JointCount{});
   io.optional("coupling", x.coupling, Couplings::of(x.joints));
@@ -196,12 +183,12 @@ void layout(auto& io, Is<RobotModel> auto& x) {
   io.optional("field", x.field, FieldForm{x});
 }
 
-void layout(auto& io, Is<Reflector> auto& x) {
+void layout(Io& io, Reflector& x) {
   io("name", x.name);
   layout_xyz(io, x.p_FS_mm, kMm);
 }
 
-void layout(auto& io, Is<MeasurementNoise> auto& x) {
+void layout(Io& io, MeasurementNoise& x) {
   constexpr Range kNoise{0, kMm.max};
   io("range_mm", x.tracker.range_mm, kNoise);
   io("range_mm_per_m", x.tracker.range_mm_per_m, kNoise);
@@ -210,7 +197,39 @@ void layout(auto& io, Is<MeasurementNoise> auto& x) {
   io("repeatability_mm", x.repeatability_mm, kNoise);
 }
 
-void layout(auto& io, Is<ValidationPoint> auto& x) {
+void layout(Io& io, ThermalResponse& x) {
+  constexpr Range kCelsius{-100, 300};
+  io("reference_c", x.reference_c, kCelsius);
+  io("per_kelvin", x.per_kelvin);
+  io("covariance", x.covariance, RowsOfAnyLength{});
+}
+
+}  // namespace truepose::record
+
+namespace truepose::config {
+
+void layout(Io& io, Terms::Term& x) {
+  constexpr int kHighestOrder = 100'000;
+  io("joint", x.term.joint, FromOne{}, Whole{1, x.joints});
+  io("basis", x.term.basis, kDeviationBases);
+  // The order of a weight or moment is a link frame's number.
+  const int highest = x.term.basis == DeviationBasis::Weight ? x.joints + 1
+                      : is_moment(x.term.basis)              ? x.joints
+                                                             : kHighestOrder;
+  io.defaulted("order", x.term.order, Whole{1, highest});
+  io("coefficient", x.term.coefficient);
+}
+
+void layout(Io& io, FieldForm::Field& x) {
+  io("kind", x.kind, FieldForm::kKinds);
+  io("point", x.p_F_mm, kPoint);
+  io.defaulted("variance_factor", x.variance_factor, kNotNegative);
+  io("hyper", x.state.hyper);
+  io("x", x.state.X, Rows{{field_features(x.robot)}});
+  io("y", x.state.Y, Rows{{3, 6}});
+}
+
+void layout(Io& io, ValidationPoint& x) {
   io("q", x.q);
   io("smr", x.smr, FromOne{}, Whole{1, kLastReflector});
   io.optional("direction", x.direction, Whole{-1, 1});
@@ -218,14 +237,7 @@ void layout(auto& io, Is<ValidationPoint> auto& x) {
   io("point", x.p_WS_mm, kPoint);
 }
 
-void layout(auto& io, Is<ThermalResponse> auto& x) {
-  constexpr Range kCelsius{-100, 300};
-  io("reference_c", x.reference_c, kCelsius);
-  io("per_kelvin", x.per_kelvin);
-  io("covariance", x.covariance, RowsOfAnyLength{});
-}
-
-void layout(auto& io, Is<ModelFile> auto& x) {
+void layout(Io& io, ModelFile& x) {
   io("name", x.name);
   io("serial", x.serial, MayBeEmpty{});
   io("created", x.created, MayBeEmpty{});
@@ -248,14 +260,15 @@ void layout(auto& io, Is<ModelFile> auto& x) {
   io.optional("sha256", x.sha256);
 }
 
-void check(const auto& io, const ModelFile& x) {
+void check(const Io& io, const ModelFile& x) {
   if (!x.thermal) return;
   const ThermalResponse& thermal = *x.thermal;
   const Eigen::Index joints = x.cell.robot.joint_count(), parameters = ParameterLayout::of(x.cell).size();
   if (static_cast<Eigen::Index>(thermal.reference_c.size()) == joints && thermal.size() == joints + 1 &&
       thermal.covariance.rows() == thermal.size() && thermal.parameters() == parameters)
     return;
-  io.at("thermal").fail(
+  io.fail_at(
+      "thermal",
       formatted("expected %td references, and %td rows of per_kelvin and of a covariance of %td columns",
                 joints, joints + 1, parameters + joints + 1));
 }

@@ -14,7 +14,7 @@ struct PositionerText {
   std::string table;
 };
 
-void layout(auto& io, Is<PositionerText> auto& x) {
+void layout(Io& io, PositionerText& x) {
   io("number", x.of.number, kFrameNumber);
   io("arm", x.of.arm);
   io("model", x.of.model, MayBeEmpty{});

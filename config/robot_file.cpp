@@ -9,7 +9,7 @@ namespace truepose::config {
 
 /// A value whose record is read later.
 struct Unread {
-  void read(const YamlValue& value, std::optional<YamlValue>& x) const { x = value; }
+  void read(const Io& io, std::optional<YamlValue>& x) const { x = yaml_value(io); }
 };
 
 /// A robot file as it stands there; mm, deg, deg/s, kg.
@@ -28,15 +28,15 @@ struct RobotText {
   std::optional<YamlValue> base_body;
 };
 
-void layout(auto& io, Is<RobotText::Link> auto& x) {
+void layout(Io& io, RobotText::Link& x) {
   layout_in_deg(io, x.joint);
   io.defaulted("acceleration", x.joint.acceleration, InUnit{unit_of(x.joint)}, Range{0, 100'000});
   io.optional("mass", x.mass);
   io.optional("body", x.body, Unread{});
 }
-void check(const auto& io, const RobotText::Link& x) {
-  if (x.joint.min >= x.joint.max) io.at("min").fail("expected less than max");
-  if (x.joint.speed == 0) io.at("speed").fail("expected more than 0");
+void check(const Io& io, const RobotText::Link& x) {
+  if (x.joint.min >= x.joint.max) io.fail_at("min", "expected less than max");
+  if (x.joint.speed == 0) io.fail_at("speed", "expected more than 0");
 }
 
 struct LinkCount {
@@ -46,7 +46,7 @@ struct LinkCount {
   }
 };
 
-void layout(auto& io, Is<RobotText> auto& x) {
+void layout(Io& io, RobotText& x) {
   io("name", x.name);
   io("joints", x.joints, LinkCount{});
   io.optional("coupling", x.coupling, Couplings::of(x.joints));
@@ -56,12 +56,12 @@ void layout(auto& io, Is<RobotText> auto& x) {
   io.optional("base_body", x.base_body, Unread{});
 }
 /// One mass per joint, or none at all.
-void check(const auto& io, const RobotText& x) {
+void check(const Io& io, const RobotText& x) {
   const auto has_mass = [](const RobotText::Link& link) { return link.mass.has_value(); };
   const auto without = std::ranges::find_if_not(x.joints, has_mass);
   if (without == x.joints.end() || std::ranges::none_of(x.joints, has_mass)) return;
-  io.at("joints").list()[static_cast<std::size_t>(without - x.joints.begin())].fail(
-      "missing key 'mass': give one to every joint or to none");
+  io.fail_at("joints", static_cast<std::size_t>(without - x.joints.begin()),
+             "missing key 'mass': give one to every joint or to none");
 }
 
 namespace {

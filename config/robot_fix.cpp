@@ -32,7 +32,7 @@ class Edits {
   }
   /// "key: value" before the first member of a map.
   void insert(const YamlValue& map, const std::string& entry) {
-    const std::size_t first = offset(map.members().front().second.key_place());
+    const std::size_t first = offset(map.values().front().key_place());
     const bool is_flow = text_[offset(map.place())] == '{';
     const std::size_t indent = first - text_.rfind('\n', first) - 1;
     add(first, entry + (is_flow ? ", " : "\n" + std::string(indent, ' ')));

@@ -28,7 +28,7 @@ constexpr std::array kDelays{Named{"cumulative", false}, Named{"consecutive", tr
 struct LinkError {
   double a_mm = 0, alpha_rad = 0, d_mm = 0, theta_rad = 0, beta_rad = 0;
 };
-void layout(auto& io, Is<LinkError> auto& x) {
+void layout(Io& io, LinkError& x) {
   io.optional("a", x.a_mm, kErrorMm);
   io.optional("alpha", x.alpha_rad, kErrorRad);
   io.optional("d", x.d_mm, kErrorMm);
@@ -41,7 +41,7 @@ struct DrawnErrors {
   std::uint64_t seed = 0;
   double mm = 0, rad = 0;
 };
-void layout(auto& io, Is<DrawnErrors> auto& x) {
+void layout(Io& io, DrawnErrors& x) {
   io("seed", x.seed);
   io("mm", x.mm, Range{0, kErrorMm.max});
   io("rad", x.rad, Range{0, kErrorRad.max});
@@ -59,7 +59,8 @@ struct PerJoint {
 
 /// Errors listed joint by joint, or drawn.
 struct LinkErrors {
-  void read(const YamlValue& value, RobotModel& truth) const {
+  void read(const Io& io, RobotModel& truth) const {
+    const YamlValue& value = yaml_value(io);
     std::vector<LinkError> errors;
     if (value.is_list()) {
       PerJoint{truth.joints.size()}.check(value);
@@ -85,7 +86,11 @@ struct LinkErrors {
   }
 };
 
-void layout(auto& io, Is<HeavyArmOptions> auto& x) {
+}  // namespace truepose::config
+
+namespace truepose::record {
+
+void layout(Io& io, HeavyArmOptions& x) {
   io.optional("payload_kg", x.payload_kg, Range{0, 1000});
   io.optional("compliance", x.compliance);
   io.optional("harmonics", x.harmonics);
@@ -93,10 +98,15 @@ void layout(auto& io, Is<HeavyArmOptions> auto& x) {
   io.optional("seed", x.seed);
 }
 
+}  // namespace truepose::record
+
+namespace truepose::config {
+
 /// Errors of the joints' drives.
 struct DriveErrors {
   const RobotModel& robot;
-  void read(const YamlValue& value, NonGeometricErrors& drives) const {
+  void read(const Io& io, NonGeometricErrors& drives) const {
+    const YamlValue& value = yaml_value(io);
     const bool heavy_arm =
         robot.joints.size() == 6 && std::ranges::all_of(robot.joints, [](const Joint& joint) {
           return joint.type == JointType::Revolute;
@@ -114,7 +124,7 @@ struct Warmth {
   double expansion_ppm = 0;
   double minutes = 30;
 };
-void layout(auto& io, Is<Warmth> auto& x) {
+void layout(Io& io, Warmth& x) {
   io.optional("zero", x.zero, Range{-1, 1});
   io.optional("expansion_ppm", x.expansion_ppm, Range{-1000, 1000});
   io.optional("minutes", x.minutes, Range{0.1, 1000});
@@ -122,7 +132,8 @@ void layout(auto& io, Is<Warmth> auto& x) {
 
 struct WarmUpOf {
   const RobotModel& robot;
-  void read(const YamlValue& value, WarmUp& warm_up) const {
+  void read(const Io& io, WarmUp& warm_up) const {
+    const YamlValue& value = yaml_value(io);
     Warmth warmth;
     read_value(value, warmth);
     if (!warmth.zero.empty() && warmth.zero.size() != robot.joints.size())
@@ -219,7 +230,7 @@ std::vector<std::string_view> values_of(FaultKind kind) {
   }
 }
 
-void layout(auto& io, Is<Fault> auto& x) {
+void layout(Io& io, Fault& x) {
   constexpr Whole kMoment{0, kLongestTime}, kPeriod{1, kLongestTime};
   io("kind", x.kind, kFaults);
   for (const When& when : kWhens) {
@@ -243,38 +254,38 @@ void layout(auto& io, Is<Fault> auto& x) {
 }
 
 /// That it says when, in one unit, which its kind can count.
-void check_when(const auto& io, const Fault& fault) {
+void check_when(const Io& io, const Fault& fault) {
   const When* found = nullptr;
   for (const When& when : kWhens) {
     if (!io.has(when.at, false)) continue;
-    if (found) io.at(when.at).fail("expected one of at_ms, at_cycle, at_point, and there is another");
+    if (found) io.fail_at(when.at, "expected one of at_ms, at_cycle, at_point, and there is another");
     found = &when;
   }
-  if (!found) io.place().fail("missing key 'at_ms', 'at_cycle' or 'at_point'");
-  if (!can_count(fault.kind, found->unit)) io.at(found->at).fail("this kind of fault cannot be counted so");
+  if (!found) io.fail("missing key 'at_ms', 'at_cycle' or 'at_point'");
+  if (!can_count(fault.kind, found->unit)) io.fail_at(found->at, "this kind of fault cannot be counted so");
   for (const When& other : kWhens) {
     for (const std::string_view key : {other.lasts, other.every}) {
       if (io.has(key, false) && &other != found)
-        io.at(key).fail("does not go with " + std::string{found->at});
+        io.fail_at(key, "does not go with " + std::string{found->at});
     }
   }
 }
 
 /// That it has what belongs to its kind, and nothing else.
-void check_values(const auto& io, const Fault& fault) {
+void check_values(const Io& io, const Fault& fault) {
   const std::vector<std::string_view> own = values_of(fault.kind);
   for (const std::string_view key :
        {"by_mm", "sigma_mm", "std_mm", "temperature_c", "pressure_mbar", "humidity_percent", "ipoc_by",
         "ipoc", "from", "program", "mode", "percent"}) {
     if (io.has(key, false) && std::ranges::count(own, key) == 0)
-      io.at(key).fail("does not belong to " + std::string{name_of(kFaults, fault.kind)});
+      io.fail_at(key, "does not belong to " + std::string{name_of(kFaults, fault.kind)});
   }
   const bool needed = fault.kind != FaultKind::TrackerAir && fault.kind != FaultKind::RsiRestart &&
                       fault.kind != FaultKind::RsiSecondSender;
-  if (needed && !own.empty()) io.at(own.front());
+  if (needed && !own.empty()) io.require(own.front());
 }
 
-void check(const auto& io, const Fault& fault) {
+void check(const Io& io, const Fault& fault) {
   check_values(io, fault);
   check_when(io, fault);
 }
@@ -284,27 +295,27 @@ struct Immediate {
   Fault fault;
 };
 
-void layout(auto& io, Is<Immediate> auto& x) { layout(io, x.fault); }
+void layout(Io& io, Immediate& x) { layout(io, x.fault); }
 
-void check(const auto& io, const Immediate& x) {
+void check(const Io& io, const Immediate& x) {
   check_values(io, x.fault);
   for (const When& when : kWhens) {
     for (const std::string_view key : {when.at, when.every}) {
-      if (io.has(key, false)) io.at(key).fail("it begins now, once; leave this out");
+      if (io.has(key, false)) io.fail_at(key, "it begins now, once; leave this out");
     }
   }
 }
 
 // ---- The scenario, part by part
 
-void layout(auto& io, Is<Scenario::TrackerNoise> auto& x) {
+void layout(Io& io, Scenario::TrackerNoise& x) {
   io.optional("range_mm", x.range_mm, kNoiseMm);
   io.optional("range_mm_per_m", x.range_mm_per_m, kNoiseMm);
   io.optional("transverse_mm", x.transverse_mm, kNoiseMm);
   io.optional("transverse_mm_per_m", x.transverse_mm_per_m, kNoiseMm);
 }
 
-void layout(auto& io, Is<Scenario::Air> auto& x) {
+void layout(Io& io, Scenario::Air& x) {
   io.optional("temperature_c", x.temperature_c, kReported);
   io.optional("pressure_mbar", x.pressure_mbar, kReported);
   io.optional("humidity_percent", x.humidity_percent, kReported);
@@ -330,25 +341,33 @@ struct RsiPart {
   Scenario& scenario;
 };
 
-void layout(auto& io, Is<SixDTarget> auto& x) {
-  io("orientation", x.R_FT, record::KukaAngles{});
+void layout(Io& io, SixDTarget& x) {
+  io("orientation", x.R_FT, KukaAngles{});
   io("std_deg", x.sigma_rad, Degrees{}, Range{1e-6, 5});
 }
 
-void layout(auto& io, ReflectorPart& x) {
+}  // namespace truepose::config
+
+namespace truepose::record {
+
+void layout(Io& io, TrueReflector& x) {
+  io("offset_mm", x.p_FS_mm, kPoint);
+  io.optional("facing", x.facing_F, Direction{});
+  io.optional("acceptance_deg", x.acceptance_rad, Degrees{}, Range{1, 180});
+}
+
+}  // namespace truepose::record
+
+namespace truepose::config {
+
+void layout(Io& io, ReflectorPart& x) {
   io("offset_mm", x.scenario.p_FS_mm, kPoint);
   io.optional("facing", x.scenario.facing_F, Direction{});
   io.optional("acceptance_deg", x.scenario.acceptance_deg, Range{1, 180});
   io.optional("target_6d", x.scenario.target_6d);
 }
 
-void layout(auto& io, Is<TrueReflector> auto& x) {
-  io("offset_mm", x.p_FS_mm, kPoint);
-  io.optional("facing", x.facing_F, Direction{});
-  io.optional("acceptance_deg", x.acceptance_rad, Degrees{}, Range{1, 180});
-}
-
-void layout(auto& io, OcclusionPart& x) {
+void layout(Io& io, OcclusionPart& x) {
   io("body", x.robot_file);
   std::vector<Capsule> tool;
   io.optional("tool", tool);
@@ -359,7 +378,7 @@ void layout(auto& io, OcclusionPart& x) {
   });
 }
 
-void layout(auto& io, ControllerPart& x) {
+void layout(Io& io, ControllerPart& x) {
   io.optional("model", x.scenario.robot_model);
   io.optional("serial", x.scenario.robot_serial, Whole{0, 999'999'999});
   io.optional("files", x.scenario.controller_files);
@@ -370,39 +389,49 @@ void layout(auto& io, ControllerPart& x) {
   io.optional("operator_s", x.scenario.operator_s, Range{0, 1e6});
 }
 
+constexpr Range kUrad{-1000, 1000};
+
 /// Millionths of a radian.
 struct Microradians {
-  void read(const YamlValue& value, double& rad) const { rad = 1e-6 * value.number(Range{-1000, 1000}); }
+  double form_of(double rad) const { return 1e6 * rad; }
+  double value_of(double urad) const { return 1e-6 * urad; }
 };
 
 /// The same about three axes.
 struct MicroradiansXyz {
-  void read(const YamlValue& value, Eigen::Vector3d& rad) const {
-    Eigen::Vector3d urad;
-    read_value(value, urad, Xyz{{-1000, 1000}});
-    rad = 1e-6 * urad;
-  }
+  Eigen::Vector3d form_of(const Eigen::Vector3d& rad) const { return 1e6 * rad; }
+  Eigen::Vector3d value_of(const Eigen::Vector3d& urad) const { return 1e-6 * urad; }
 };
 
-void layout(auto& io, Is<AimingErrors> auto& x) {
-  io.optional("collimation", x.collimation, Microradians{});
-  io.optional("tilt", x.tilt, Microradians{});
-  io.optional("index", x.index, Microradians{});
+}  // namespace truepose::config
+
+namespace truepose::record {
+
+using config::kUrad, config::Microradians, config::MicroradiansXyz;
+
+void layout(Io& io, AimingErrors& x) {
+  io.optional("collimation", x.collimation, Microradians{}, kUrad);
+  io.optional("tilt", x.tilt, Microradians{}, kUrad);
+  io.optional("index", x.index, Microradians{}, kUrad);
 }
 
-void layout(auto& io, Is<TrackerWarming> auto& x) {
+void layout(Io& io, TrackerWarming& x) {
   io.optional("range_mm", x.range_mm, Range{-10, 10});
-  io.optional("horizontal_urad", x.horizontal_rad, Microradians{});
-  io.optional("vertical_urad", x.vertical_rad, Microradians{});
+  io.optional("horizontal_urad", x.horizontal_rad, Microradians{}, kUrad);
+  io.optional("vertical_urad", x.vertical_rad, Microradians{}, kUrad);
   io.optional("minutes", x.minutes, Range{0.1, 1000});
 }
 
-void layout(auto& io, Is<TripodDrift> auto& x) {
+void layout(Io& io, TripodDrift& x) {
   io.optional("mm_per_hour", x.mm_per_hour, kPoint);
-  io.optional("urad_per_hour", x.rad_per_hour, MicroradiansXyz{});
+  io.optional("urad_per_hour", x.rad_per_hour, MicroradiansXyz{}, Xyz{kUrad});
 }
 
-void layout(auto& io, TrackerPart& x) {
+}  // namespace truepose::record
+
+namespace truepose::config {
+
+void layout(Io& io, TrackerPart& x) {
   io.optional("noise", x.scenario.noise);
   io.optional("reflector", x.scenario.reflector_name);
   io.optional("bias_mm", x.scenario.bias_mm, kPoint);
@@ -421,7 +450,8 @@ void layout(auto& io, TrackerPart& x) {
 /// One time of all axes, or one of each.
 struct Lag {
   std::size_t joints;
-  void read(const YamlValue& value, std::vector<double>& lag_ms) const {
+  void read(const Io& io, std::vector<double>& lag_ms) const {
+    const YamlValue& value = yaml_value(io);
     constexpr Range kLag{0, 1000};
     if (!value.is_list()) {
       lag_ms = {value.number(kLag)};
@@ -434,10 +464,10 @@ struct Lag {
 
 /// The arm of another file.
 struct RobotOf {
-  void read(const YamlValue& value, auto& robot) const { robot = load_robot(value.file()); }
+  void read(const Io& io, auto& robot) const { robot = load_robot(yaml_value(io).file()); }
 };
 
-void layout(auto& io, RsiPart& part) {
+void layout(Io& io, RsiPart& part) {
   Scenario& x = part.scenario;
   io.optional("cycle_ms", x.cycle, Whole{1, 100});
   io.optional("timeout_cycles", x.rsi_timeout_cycles, Whole{1, 100'000});
@@ -456,8 +486,8 @@ void layout(auto& io, RsiPart& part) {
 /// Lists of axis positions in deg (mm), within the joint limits.
 struct Stops {
   const RobotModel& robot;
-  void read(const YamlValue& value, std::vector<JointVector>& stops) const {
-    for (const YamlValue& stop : value.list()) stops.push_back(position(stop));
+  void read(const Io& io, std::vector<JointVector>& stops) const {
+    for (const YamlValue& stop : yaml_value(io).list()) stops.push_back(position(stop));
   }
   JointVector position(const YamlValue& value) const {
     if (value.list().size() != robot.joints.size()) {
@@ -476,7 +506,7 @@ struct Stops {
   }
 };
 
-void layout(auto& io, Is<Scenario> auto& x) {
+void layout(Io& io, Scenario& x) {
   io("robot", x.nominal, RobotOf{});
   io.on_read(x, [](auto& scenario) { scenario.truth = scenario.nominal; });
   io.optional("errors", x.truth, LinkErrors{});

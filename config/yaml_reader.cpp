@@ -320,19 +320,17 @@ const std::vector<YamlValue>& YamlValue::list() const {
   return values_;
 }
 
-std::vector<std::pair<std::string, YamlValue>> YamlValue::members() const {
+const std::vector<std::string>& YamlValue::keys() const {
   if (kind_ != Kind::Map) fail("expected a map of numbers, found " + described());
-  std::vector<std::pair<std::string, YamlValue>> members;
-  for (std::size_t i = 0; i < keys_.size(); ++i) members.emplace_back(keys_[i], values_[i]);
-  return members;
+  return keys_;
 }
 
-YamlMap::YamlMap(const YamlValue& value, const std::vector<std::string>& known) : value_(value) {
-  if (value.kind_ != YamlValue::Kind::Map) value.fail("expected a map of keys, found " + value.described());
-  for (std::size_t i = 0; i < value.keys_.size(); ++i) {
-    const std::string& key = value.keys_[i];
+void YamlValue::expect_keys(const std::vector<std::string>& known) const {
+  if (kind_ != Kind::Map) fail("expected a map of keys, found " + described());
+  for (std::size_t i = 0; i < keys_.size(); ++i) {
+    const std::string& key = keys_[i];
     if (std::ranges::find(known, key) != known.end()) continue;
-    const YamlValue& entry = value.values_[i];
+    const YamlValue& entry = values_[i];
     throw ConfigError(place_text(*entry.file_, entry.key_line_, entry.key_column_) + entry.path_ +
                       ": unknown key" + suggestion(key, known));
   }
@@ -343,9 +341,9 @@ const YamlValue* YamlValue::find(std::string_view key) const {
   return found == keys_.end() ? nullptr : &values_[static_cast<std::size_t>(found - keys_.begin())];
 }
 
-const YamlValue& YamlMap::at(std::string_view key) const {
+const YamlValue& YamlValue::at(std::string_view key) const {
   if (const YamlValue* value = find(key)) return *value;
-  value_.fail("missing key '" + std::string(key) + "'");
+  fail("missing key '" + std::string(key) + "'");
 }
 
 YamlValue parse_yaml(const std::string& text, const std::string& file_name) {

@@ -17,8 +17,6 @@ namespace truepose::config {
 
 using record::Range, record::Whole;
 
-class YamlMap;
-
 struct YamlPlace {
   int line = 1, column = 1;  ///< from 1, bytes
 };
@@ -30,8 +28,6 @@ struct YamlPlace {
 /// number.
 class YamlValue {
  public:
-  using Map = YamlMap;
-
   double number(Range range) const;
   std::int64_t integer(std::int64_t min, std::int64_t max) const;
   std::uint64_t seed() const;  ///< any unsigned 64-bit integer
@@ -45,10 +41,15 @@ class YamlValue {
   /// A file's path; a relative one starts at the folder of the file that names it.
   std::filesystem::path file() const;
   const std::vector<YamlValue>& list() const;
-  /// Of a map of any names.
-  std::vector<std::pair<std::string, YamlValue>> members() const;
+  /// Of a map of any names: its keys in the file's order, and their values.
+  const std::vector<std::string>& keys() const;
+  const std::vector<YamlValue>& values() const { return values_; }
+  /// Refuses what is no map, or has a key that is not among these: a slip of the finger is never a default.
+  void expect_keys(const std::vector<std::string>& known) const;
   /// The member of a map, null where there is none.
   const YamlValue* find(std::string_view key) const;
+  /// The member of a map that must be there.
+  const YamlValue& at(std::string_view key) const;
   bool is_list() const { return kind_ == Kind::List; }
   bool is_text() const { return kind_ == Kind::Scalar; }
 
@@ -59,7 +60,6 @@ class YamlValue {
   YamlPlace key_place() const { return {key_line_, key_column_}; }  ///< of the key before it, in a map
 
  private:
-  friend class YamlMap;
   friend class YamlWalk;
   enum class Kind { Nothing, Scalar, List, Map };
 
@@ -76,22 +76,6 @@ class YamlValue {
   bool quoted_ = false;
   std::vector<std::string> keys_;  // of a map, in the file's order
   std::vector<YamlValue> values_;  // of a map or a list
-};
-
-/// A YAML map read by name. Keys that are not known are refused at once, so a slip of the finger is never a
-/// default.
-class YamlMap {
- public:
-  YamlMap(const YamlValue& value, const std::vector<std::string>& known);
-
-  bool has(std::string_view key) const { return find(key) != nullptr; }
-  const YamlValue* find(std::string_view key) const { return value_.find(key); }
-  /// The value of a key that must be there.
-  const YamlValue& at(std::string_view key) const;
-  const YamlValue& value() const { return value_; }
-
- private:
-  const YamlValue& value_;
 };
 
 /// More values than any file of ours has, an alias counted once.

@@ -6,13 +6,13 @@
 
 namespace truepose::daemon {
 
-void layout(auto& io, record::Is<ToolPoint> auto& x) {
+void layout(record::Io& io, ToolPoint& x) {
   io("name", x.point.name);
   io.optional("p", x.point.p_mm, record::kPoint);
   io("at", x.p_F_mm, record::kPoint);
 }
 
-void layout(auto& io, record::Is<ToolOrder> auto& x) {
+void layout(record::Io& io, ToolOrder& x) {
   io("number", x.number, record::kNumber);
   io("points", x.points);
   io("together", x.together);
@@ -22,18 +22,18 @@ void layout(auto& io, record::Is<ToolOrder> auto& x) {
   io.optional("reach", x.reach_F_mm, record::kPoint);
 }
 
-void layout(auto& io, record::Is<FixturePoint> auto& x) {
+void layout(record::Io& io, FixturePoint& x) {
   io("name", x.point.name);
   io.optional("p", x.point.p_mm, record::kPoint);
 }
 
-void layout(auto& io, record::Is<BaseOrder> auto& x) {
+void layout(record::Io& io, BaseOrder& x) {
   io("number", x.number, record::kNumber);
   io("points", x.points);
   io("readings", x.readings, record::kNumber);
 }
 
-void layout(auto& io, record::Is<KeptOrder> auto& x) {
+void layout(record::Io& io, KeptOrder& x) {
   io("options", x.options);
   io("nests", x.nests, record::kCount);
   io("activate", x.activate);

@@ -12,6 +12,98 @@ namespace truepose::bridge {
 
 namespace json = boost::json;
 
+// ---- Layouts
+
+/// By whole milliseconds.
+constexpr record::Whole kMs{0, 86'400'000};
+/// mm; no tracker reaches farther.
+constexpr record::Range kReach{-1e6, 1e6};
+
+void layout(record::Io&, Done&) {}
+void layout(record::Io&, GetStatus&) {}
+void layout(record::Io&, Initialise&) {}
+void layout(record::Io&, Stop&) {}
+void layout(record::Io&, Ping&) {}
+
+void layout(record::Io& io, Hello& x) {
+  io("protocol", x.protocol, record::kNumber);
+  io("client", x.client, record::MayBeEmpty{});
+}
+void layout(record::Io& io, Greeting& x) {
+  io("protocol", x.protocol, record::kNumber);
+  io("bridge", x.bridge);
+  io("model", x.model);
+  io("serial", x.serial);
+  io("firmware", x.firmware, record::MayBeEmpty{});
+  io.optional("rehearses", x.rehearses, kRehearsals);
+}
+void layout(record::Io& io, Status& x) {
+  io("state", x.state, kStates);
+  io.optional("why", x.why);
+  io("initialised", x.initialised);
+  io("locked", x.locked);
+  io("face", x.face, record::Whole{0, 2});
+  io("reflector", x.reflector, record::MayBeEmpty{});
+  io("reflectors", x.reflectors);
+}
+void check(const record::Io& io, const Status& x) {
+  const bool silent = x.state == State::WarmingUp || x.state == State::NotReady;
+  if (silent && x.why.empty()) io.fail("missing key 'why' with this state");
+}
+void layout(record::Io& io, SetReflector& x) { io("name", x.name); }
+/// Not bounded: what cannot be is told with what to do about it (drivers/plausible_point).
+void layout_air(record::Io& io, Air& air) {
+  io("temperature_c", air.temperature_c);
+  io("pressure_mbar", air.pressure_mbar);
+  io("humidity_percent", air.humidity_percent);
+}
+void layout(record::Io& io, SetAir& x) { layout_air(io, x.air); }
+void layout(record::Io& io, DoAim& x) {
+  record::layout_xyz(io, x.p_W_mm, kReach);
+  io("search_mm", x.search_mm, record::Range{0, kReach.max});
+  io("timeout_ms", x.timeout, kMs);
+}
+void layout(record::Io& io, DoMeasure& x) { io("time_ms", x.time, kMs); }
+void layout(record::Io& io, Orientation& x) {
+  io("w", x.w);
+  io("x", x.x);
+  io("y", x.y);
+  io("z", x.z);
+  io("std_deg", x.std_deg, record::kNotNegative);
+}
+void check(const record::Io& io, const Orientation& x) {
+  if (const std::string fault = orientation_fault(x); !fault.empty()) io.fail(fault);
+}
+void layout(record::Io& io, Measured& x) {
+  record::layout_xyz(io, x.p_W_mm, kReach);
+  io.optional("std_mm", x.std_mm, record::Xyz{record::kNotNegative});
+  io.optional("covariance_mm2", x.covariance_mm2);
+  io.optional("orientation", x.orientation);
+  io("averaged_ms", x.averaged, kMs);
+  io("age_ms", x.age, kMs);
+  layout_air(io, x.air);
+}
+void check(const record::Io& io, const Measured& x) {
+  if (x.std_mm.has_value() == x.covariance_mm2.has_value())
+    io.fail("expected one of std_mm and covariance_mm2");
+  if (!x.covariance_mm2) return;
+  if (const std::string fault = covariance_fault(*x.covariance_mm2); !fault.empty())
+    io.fail_at("covariance_mm2", fault);
+}
+void layout(record::Io& io, SetFace& x) { io("face", x.face, record::Whole{1, 2}); }
+void layout(record::Io& io, Rehearse& x) {
+  io("what", x.what, kRehearsals);
+  io("lasts_ms", x.lasts, kMs);
+}
+void layout(record::Io& io, Refusal& x) {
+  io("code", x.code);
+  io("text", x.text, record::MayBeEmpty{});
+}
+void layout(record::Io& io, Event& x) {
+  io("event", x.event);
+  io.optional("text", x.text);
+}
+
 namespace {
 
 template <class Value, std::size_t N>

@@ -31,8 +31,6 @@
 /// mm, ms, deg C, mbar, %; right-handed Cartesian coordinates in the tracker's own frame.
 namespace truepose::bridge {
 
-using record::Is;
-
 inline constexpr int kProtocol = 1;
 /// Longest line either side may send, without its newline.
 inline constexpr std::size_t kMaxLine = 64 * 1024;
@@ -244,99 +242,32 @@ struct Event {
 
 // ---- Layouts
 
-/// By whole milliseconds.
-inline constexpr record::Whole kMs{0, 86'400'000};
-/// mm; no tracker reaches farther.
-inline constexpr record::Range kReach{-1e6, 1e6};
-
-void layout(auto&, Is<Done> auto&) {}
-void layout(auto&, Is<GetStatus> auto&) {}
-void layout(auto&, Is<Initialise> auto&) {}
-void layout(auto&, Is<Stop> auto&) {}
-void layout(auto&, Is<Ping> auto&) {}
-
-void layout(auto& io, Is<Hello> auto& x) {
-  io("protocol", x.protocol, record::kNumber);
-  io("client", x.client, record::MayBeEmpty{});
-}
-void layout(auto& io, Is<Greeting> auto& x) {
-  io("protocol", x.protocol, record::kNumber);
-  io("bridge", x.bridge);
-  io("model", x.model);
-  io("serial", x.serial);
-  io("firmware", x.firmware, record::MayBeEmpty{});
-  io.optional("rehearses", x.rehearses, kRehearsals);
-}
-void layout(auto& io, Is<Status> auto& x) {
-  io("state", x.state, kStates);
-  io.optional("why", x.why);
-  io("initialised", x.initialised);
-  io("locked", x.locked);
-  io("face", x.face, record::Whole{0, 2});
-  io("reflector", x.reflector, record::MayBeEmpty{});
-  io("reflectors", x.reflectors);
-}
-void check(const auto& io, const Status& x) {
-  const bool silent = x.state == State::WarmingUp || x.state == State::NotReady;
-  if (silent && x.why.empty()) io.place().fail("missing key 'why' with this state");
-}
-void layout(auto& io, Is<SetReflector> auto& x) { io("name", x.name); }
-/// Not bounded: what cannot be is told with what to do about it (drivers/plausible_point).
-void layout_air(auto& io, auto& air) {
-  io("temperature_c", air.temperature_c);
-  io("pressure_mbar", air.pressure_mbar);
-  io("humidity_percent", air.humidity_percent);
-}
-void layout(auto& io, Is<SetAir> auto& x) { layout_air(io, x.air); }
-void layout(auto& io, Is<DoAim> auto& x) {
-  record::layout_xyz(io, x.p_W_mm, kReach);
-  io("search_mm", x.search_mm, record::Range{0, kReach.max});
-  io("timeout_ms", x.timeout, kMs);
-}
-void layout(auto& io, Is<DoMeasure> auto& x) { io("time_ms", x.time, kMs); }
-void layout(auto& io, Is<Orientation> auto& x) {
-  io("w", x.w);
-  io("x", x.x);
-  io("y", x.y);
-  io("z", x.z);
-  io("std_deg", x.std_deg, record::kNotNegative);
-}
 /// What is wrong with a unit quaternion, one phrase; empty: nothing.
 std::string orientation_fault(const Orientation& orientation);
-void check(const auto& io, const Orientation& x) {
-  if (const std::string fault = orientation_fault(x); !fault.empty()) io.place().fail(fault);
-}
-void layout(auto& io, Is<Measured> auto& x) {
-  record::layout_xyz(io, x.p_W_mm, kReach);
-  io.optional("std_mm", x.std_mm, record::Xyz{record::kNotNegative});
-  io.optional("covariance_mm2", x.covariance_mm2);
-  io.optional("orientation", x.orientation);
-  io("averaged_ms", x.averaged, kMs);
-  io("age_ms", x.age, kMs);
-  layout_air(io, x.air);
-}
 /// What is wrong with a covariance, one phrase; empty: nothing.
 std::string covariance_fault(const Eigen::Matrix<double, 6, 1>& covariance_mm2);
-void check(const auto& io, const Measured& x) {
-  if (x.std_mm.has_value() == x.covariance_mm2.has_value())
-    io.place().fail("expected one of std_mm and covariance_mm2");
-  if (!x.covariance_mm2) return;
-  if (const std::string fault = covariance_fault(*x.covariance_mm2); !fault.empty())
-    io.at("covariance_mm2").fail(fault);
-}
-void layout(auto& io, Is<SetFace> auto& x) { io("face", x.face, record::Whole{1, 2}); }
-void layout(auto& io, Is<Rehearse> auto& x) {
-  io("what", x.what, kRehearsals);
-  io("lasts_ms", x.lasts, kMs);
-}
-void layout(auto& io, Is<Refusal> auto& x) {
-  io("code", x.code);
-  io("text", x.text, record::MayBeEmpty{});
-}
-void layout(auto& io, Is<Event> auto& x) {
-  io("event", x.event);
-  io.optional("text", x.text);
-}
+
+void layout(record::Io&, Done&);
+void layout(record::Io&, GetStatus&);
+void layout(record::Io&, Initialise&);
+void layout(record::Io&, Stop&);
+void layout(record::Io&, Ping&);
+void layout(record::Io& io, Hello& x);
+void layout(record::Io& io, Greeting& x);
+void layout(record::Io& io, Status& x);
+void check(const record::Io& io, const Status& x);
+void layout(record::Io& io, SetReflector& x);
+void layout(record::Io& io, SetAir& x);
+void layout(record::Io& io, DoAim& x);
+void layout(record::Io& io, DoMeasure& x);
+void layout(record::Io& io, Orientation& x);
+void check(const record::Io& io, const Orientation& x);
+void layout(record::Io& io, Measured& x);
+void check(const record::Io& io, const Measured& x);
+void layout(record::Io& io, SetFace& x);
+void layout(record::Io& io, Rehearse& x);
+void layout(record::Io& io, Refusal& x);
+void layout(record::Io& io, Event& x);
 
 // ---- Lines, without their newlines
 

@@ -9,8 +9,6 @@
 
 namespace truepose::control {
 
-using record::Is;
-
 struct Sha256Digits {
   std::string fault(const std::string& text) const {
     const bool digits = text.find_first_not_of("0123456789abcdef") == std::string::npos;
@@ -22,23 +20,23 @@ struct AccessName {
   std::string fault(const std::string& text) const { return access_name_fault(text); }
 };
 
-void layout(auto& io, Is<AccessEntry> auto& x) {
+void layout(record::Io& io, AccessEntry& x) {
   io("name", x.name, AccessName{});
   io("role", x.role, kRoles);
   io.optional("salt", x.salt);
   io.optional("hash", x.hash, Sha256Digits{});
   io.optional("certificate", x.certificate, Sha256Digits{});
 }
-void check(const auto& io, const AccessEntry& x) {
+void check(const record::Io& io, const AccessEntry& x) {
   const bool by_token = !x.salt.empty() && !x.hash.empty(), nothing_of_it = x.salt.empty() && x.hash.empty();
   if (x.certificate.empty() ? !by_token : !nothing_of_it)
-    io.place().fail("expected salt and hash of a token, or the fingerprint of a certificate");
+    io.fail("expected salt and hash of a token, or the fingerprint of a certificate");
 }
 
-void layout(auto& io, Is<AccessEntries> auto& x) { io("access", x.entries); }
-void check(const auto& io, const AccessEntries& x) {
+void layout(record::Io& io, AccessEntries& x) { io("access", x.entries); }
+void check(const record::Io& io, const AccessEntries& x) {
   for (const AccessEntry& entry : x.entries) {
-    if (x.named(entry.name) != &entry) io.place().fail("\"" + entry.name + "\" stands there twice");
+    if (x.named(entry.name) != &entry) io.fail("\"" + entry.name + "\" stands there twice");
   }
 }
 

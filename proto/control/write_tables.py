@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the tables of reference.md beside this file from openrpc.json: what stands between its marks of begin and end.
+"""Writes the tables of reference.md in this folder from openrpc.json: what stands between its marks of begin and end.
+Breaks the lines of report.schema.json, which a test writes.
 
     write_tables.py            writes
-    write_tables.py --check    ends 1, and says so, where the page is not what this would write
+    write_tables.py --check    ends 1, and says so, where one of them is not what this would write
 """
 import json
 import pathlib
@@ -12,6 +13,7 @@ import textwrap
 
 HERE = pathlib.Path(__file__).parent
 PAGE = HERE / "reference.md"
+SCHEMA = HERE / "report.schema.json"
 COLUMNS = 140
 LONGEST_ANSWER = 400  # of an example that is shown
 
@@ -139,13 +141,28 @@ def written(page, document):
     return page
 
 
+def broken(value, indent=""):
+    """JSON with a value on one line where it fits."""
+    line = json.dumps(value)
+    if len(indent) + len(line) < COLUMNS or not isinstance(value, (dict, list)):
+        return line
+    inner = indent + "  "
+    if isinstance(value, dict):
+        rows = [f"{inner}{json.dumps(key)}: {broken(one, inner)}" for key, one in value.items()]
+    else:
+        rows = [inner + broken(one, inner) for one in value]
+    opened, closed = "{}" if isinstance(value, dict) else "[]"
+    return opened + "\n" + ",\n".join(rows) + "\n" + indent + closed
+
+
 def main():
-    page = PAGE.read_text()
-    wanted = written(page, json.loads((HERE / "openrpc.json").read_text()))
-    if "--check" not in sys.argv:
-        PAGE.write_text(wanted)
-    elif page != wanted:
-        raise SystemExit(f"{PAGE} is not what openrpc.json says: run {pathlib.Path(__file__).name}")
+    wanted = {PAGE: written(PAGE.read_text(), json.loads((HERE / "openrpc.json").read_text())),
+              SCHEMA: broken(json.loads(SCHEMA.read_text())) + "\n"}
+    for file, text in wanted.items():
+        if "--check" not in sys.argv:
+            file.write_text(text)
+        elif file.read_text() != text:
+            raise SystemExit(f"{file} is not up to date: run {pathlib.Path(__file__).name}")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,11 @@
 namespace truepose::eki {
 namespace {
 
-using record::Degrees, record::Is;
+using record::Degrees;
+
+/// A message or a constant one, for a layout that writes and reads.
+template <class T, class Message>
+concept Is = std::same_as<std::remove_const_t<T>, Message>;
 
 /// The one root of what the controller sends on a channel, as KUKA's own examples have it.
 constexpr std::string_view kControllerRoot = "Robot";

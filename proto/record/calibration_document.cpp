@@ -6,6 +6,7 @@
 #include "core/calibrate/option_names.hpp"
 #include "proto/record/forms.hpp"
 #include "proto/record/json_io.hpp"
+#include "proto/record/schema_io.hpp"
 
 namespace truepose::record {
 
@@ -13,8 +14,11 @@ namespace json = boost::json;
 
 /// A count, in the mean of several documents a number.
 struct Rounded {
-  void read(const JsonPlace& place, int& count) const {
-    count = static_cast<int>(std::lround(place.number({0, 1e9})));
+  int form_of(int count) const { return count; }
+  void read(Io& io, int& count) const {
+    double mean = 0;
+    io.value(mean, Range{0, 1e9});
+    count = static_cast<int>(std::lround(mean));
   }
 };
 
@@ -43,7 +47,7 @@ struct StatedNoise {
 
 // Layouts: the members of each record in the order of the document.
 
-void layout(auto& io, Is<StatedNoise::Form> auto& x) {
+void layout(Io& io, StatedNoise::Form& x) {
   auto& tracker = x.noise.tracker;
   io.defaulted("range_mm", tracker.range_mm, kNotNegative);
   io.defaulted("transverse_mm_per_m", tracker.transverse_mm_per_m, kNotNegative);
@@ -51,63 +55,71 @@ void layout(auto& io, Is<StatedNoise::Form> auto& x) {
   io.optional("range_mm_per_m", Unless{0.0, tracker.range_mm_per_m}, kNotNegative);
   io.optional("transverse_mm", Unless{0.0, tracker.transverse_mm}, kNotNegative);
 }
-void layout(auto& io, Is<AxisStatistics> auto& x) {
-  io("mean_abs", x.mean_abs);
-  io("rms", x.rms);
-  io("max", x.max_abs);
+void layout(Io& io, AxisStatistics& x) {
+  io.record("axis", "");
+  io("mean_abs", x.mean_abs, kNotNegative);
+  io("rms", x.rms, kNotNegative);
+  io("max", x.max_abs, kNotNegative);
 }
-void layout(auto& io, Is<ErrorStatistics> auto& x) {
-  io("mean", x.mean);
-  io("rms", x.rms);
-  io("max", x.max);
-  io("min", x.min);
-  io("std", x.std);
+void layout(Io& io, ErrorStatistics& x) {
+  io.record("statistics", "of the position error, mm");
+  io("mean", x.mean, kNotNegative);
+  io("rms", x.rms, kNotNegative);
+  io("max", x.max, kNotNegative);
+  io("min", x.min, kNotNegative);
+  io("std", x.std, kNotNegative);
   io("x", x.x);
   io("y", x.y);
   io("z", x.z);
 }
-void layout(auto& io, Is<TurnStatistics> auto& x) {
+void layout(Io& io, TurnStatistics& x) {
+  io.record("orientation_statistics", "");
   io("mean_rad", x.mean_rad, kNotNegative);
   io("rms_rad", x.rms_rad, kNotNegative);
   io("max_rad", x.max_rad, kNotNegative);
 }
-void layout(auto& io, Is<TurnErrors> auto& x) {
+void layout(Io& io, TurnErrors& x) {
   io("readings", x.readings, Rounded{});
   io("before", x.before);
   io("after", x.after);
 }
-void layout(auto& io, Is<StageErrors> auto& x) {
-  io("poses", x.poses, Rounded{});
+void layout(Io& io, StageErrors& x) {
+  io.record(
+      "stages",
+      "before: nominal arm, base and reflectors fitted; geometric: after the fine stage; after: with all layers");
+  io.about("a mean, not always whole, over splits")("poses", x.poses, Rounded{});
   io("points", x.points, Rounded{});
   io("before", x.before);
   io("geometric", x.geometric);
   io("after", x.after);
-  io.optional("orientation_errors", x.orientation_errors);
+  io.about("how far 6-D targets are turned from where the nominal and the calibrated arm have them")
+      .optional("orientation_errors", x.orientation_errors);
   io.on_read(x,
              [](auto& read) { read.before.count = read.geometric.count = read.after.count = read.points; });
 }
-void layout(auto& io, Is<Iterations> auto& x) {
+void layout(Io& io, Iterations& x) {
+  io.record("iterations", "");
   io("coarse", x.coarse, kCount);
   io("fine", x.fine, kCount);
 }
-void layout(auto& io, Is<DeviationGain> auto& x) {
+void layout(Io& io, DeviationGain& x) {
   io("name", x.name);
   io("chosen", x.chosen);
-  io("rms_mm", x.rms_mm);
+  io("rms_mm", x.rms_mm, kNotNegative);
 }
-void layout(auto& io, Is<DeviationChoice> auto& x) {
-  io("geometric_rms_mm", x.geometric_rms_mm);
-  io("rms_mm", x.rms_mm);
-  io("scale", x.scale);
+void layout(Io& io, DeviationChoice& x) {
+  io("geometric_rms_mm", x.geometric_rms_mm, kNotNegative);
+  io("rms_mm", x.rms_mm, kNotNegative);
+  io("scale", x.scale, kNotNegative);
   io("groups", x.gains);
 }
-void layout(auto& io, Is<FieldChoice> auto& x) {
+void layout(Io& io, FieldChoice& x) {
   io("chosen", x.chosen);
-  io("without_rms_mm", x.rms_zero);
-  io("rms_mm", x.tried.rms);
-  io("standard_error_mm", x.tried.standard_error);
+  io("without_rms_mm", x.rms_zero, kNotNegative);
+  io("rms_mm", x.tried.rms, kNotNegative);
+  io("standard_error_mm", x.tried.standard_error, kNotNegative);
 }
-void layout(auto& io, Is<Thermal> auto& x) {
+void layout(Io& io, Thermal& x) {
   io("chosen", x.chosen);
   io("without_rms_mm", x.without_rms_mm, kNotNegative);
   io("rms_mm", x.rms_mm, kNotNegative);
@@ -117,134 +129,147 @@ void layout(auto& io, Is<Thermal> auto& x) {
   io.defaulted("zero_per_k", x.zero_per_k);
   io.defaulted("expansion_ppm_per_k", x.expansion_ppm_per_k);
 }
-void layout(auto& io, Is<Observability> auto& x) {
-  io("o1", x.indices.o1);
-  io("o2", x.indices.o2);
-  io("o3", x.indices.o3);
-  io("o4", x.indices.o4);
-  io("o5", x.indices.o5);
+void layout(Io& io, Observability& x) {
+  io("o1", x.indices.o1, kNotNegative);
+  io("o2", x.indices.o2, kNotNegative);
+  io("o3", x.indices.o3, kNotNegative);
+  io("o4", x.indices.o4, kNotNegative);
+  io("o5", x.indices.o5, kNotNegative);
   io("not_identifiable", x.not_identifiable);
   io("weakly_identifiable", x.weakly_identifiable);
 }
-void layout(auto& io, Is<UsedPrior> auto& x) {
+void layout(Io& io, UsedPrior& x) {
   io("used", x.used);
   if (!io.has("length_mm", x.used)) return;
-  io("length_mm", x.scale.length_mm);
-  io("angle_rad", x.scale.angle_rad);
+  io("length_mm", x.scale.length_mm, kNotNegative);
+  io("angle_rad", x.scale.angle_rad, kNotNegative);
 }
-void layout(auto& io, Is<Sweep> auto& x) {
+void layout(Io& io, Sweep& x) {
+  io.record("sweep", "");
   io("joint", x.joint, kNumber);
   io("from", x.from);
   io("to", x.to);
   io("count", x.count, Whole{2});
 }
-void layout(auto& io, Is<UncertaintyMap> auto& x) {
+void layout(Io& io, UncertaintyMap& x) {
+  io.record("map", "");
   io("x", x.x);
   io("y", x.y);
   io("held", x.held);
-  io("sigma_mm", x.sigma_mm);
+  io("sigma_mm", x.sigma_mm, kNotNegative);
 }
-void check(const auto& io, const UncertaintyMap& x) {
+void check(const Io& io, const UncertaintyMap& x) {
   if (x.sigma_mm.size() != static_cast<std::size_t>(x.y.count))
-    io.at("sigma_mm").fail("expected a list for each y");
+    io.fail_at("sigma_mm", "expected a list for each y");
   for (const std::vector<double>& row : x.sigma_mm) {
     if (row.size() != static_cast<std::size_t>(x.x.count))
-      io.at("sigma_mm").fail("expected a number for each x");
+      io.fail_at("sigma_mm", "expected a number for each x");
   }
   for (const Sweep& sweep : {x.x, x.y}) {
-    if (static_cast<std::size_t>(sweep.joint) > x.held.size()) io.at("held").fail("expected every joint");
+    if (static_cast<std::size_t>(sweep.joint) > x.held.size()) io.fail_at("held", "expected every joint");
   }
 }
-void layout(auto& io, Is<Transfer> auto& x) {
-  io("rms_mm", x.rms_mm);
-  io("max_mm", x.max_mm);
-  io("worst_joints", x.worst_joints);
+void layout(Io& io, Transfer& x) {
+  io("rms_mm", x.rms_mm, kNotNegative);
+  io("max_mm", x.max_mm, kNotNegative);
+  io.about("positions of all joints, deg (mm for a prismatic joint)")("worst_joints", x.worst_joints);
   io.optional("warning", x.warning);
   io.defaulted("maps", x.maps);
 }
-void layout(auto& io, Is<Rejected> auto& x) {
+void layout(Io& io, Rejected& x) {
+  io.record("far_point", "");
   io.defaulted("point", x.point, kNumber);
   io("row", x.row, kCount);
   io.defaulted("pose", x.pose, kNumber);
   io.defaulted("smr", x.smr);
-  io.optional("station", x.station);
-  io("residual_mm", x.residual_mm);
-  io("sigmas", x.sigmas);
-  io.optional("orientation_error_rad", Unless{0.0, x.orientation_error_rad}, kNotNegative);
+  io.about("where there are several").optional("station", x.station);
+  io("residual_mm", x.residual_mm, kNotNegative);
+  io("sigmas", x.sigmas, kNotNegative);
+  io.about("by which its target is turned off, where that contradicts the others")
+      .optional("orientation_error_rad", Unless{0.0, x.orientation_error_rad}, kNotNegative);
 }
-void layout(auto& io, Is<Station> auto& x) {
+void layout(Io& io, Station& x) {
   io("name", x.name);
-  io("base", x.base);
+  io.about("the robot's base in the station's tracker frame")("base", x.base);
   io("identify", x.identify);
   io.optional("validate", x.validate);
 }
-void layout(auto& io, Is<TurnedTarget> auto& x) {
+void layout(Io& io, TurnedTarget& x) {
   io("a", x.a);
   io("b", x.b);
   io("c", x.c);
   io("sigma", x.sigma, kNotNegative);
 }
-void layout(auto& io, Is<MountedTarget> auto& x) {
+void layout(Io& io, MountedTarget& x) {
   io("smr", x.smr);
   io("rx", x.rxyz_rad.x());
   io("ry", x.rxyz_rad.y());
   io("rz", x.rxyz_rad.z());
   io("sigma_rad", x.sigma_rad, kNotNegative);
 }
-void layout(auto& io, Is<Point> auto& x) {
+void layout(Io& io, Point& x) {
+  io.record(
+      "point",
+      "one measurement; errors: predicted minus measured, mm, tracker frame (of several stations, the first one's)");
   io("pose", x.pose, kNumber);
   io("set", x.set, kPoseSetNames);
   io("smr", x.smr);
-  io.optional("station", x.station);
-  io("joints", x.joints);
-  io.optional("position", x.position);
-  io.optional("sigma", x.sigma);
-  io.optional("excess", x.excess);
-  io.optional("orientation", x.orientation);
-  io.optional("direction", x.direction, Whole{-1, 1});
+  io.about("where there are several").optional("station", x.station);
+  io.about("positions of all joints, deg (mm for a prismatic joint)")("joints", x.joints);
+  io.about("measured, mm, in the frame of the errors").defaulted("position", x.position);
+  io.about("standard uncertainty per axis, mm").optional("sigma", x.sigma, kNotNegative);
+  io.about("standard deviation per axis beyond that of the noise, where the tracker's readings scattered, mm")
+      .optional("excess", x.excess, kNotNegative);
+  io.about(
+        "of a 6-D target: KUKA's A, B, C of its axes, deg, in the frame of the errors; sigma: of a turn about each axis")
+      .optional("orientation", x.orientation);
+  io.about("side from which each joint arrived").optional("direction", x.direction, Whole{-1, 1});
   io.optional("payload", x.payload);
   io.optional("time", x.time);
   io("before", x.before);
   io("geometric", x.geometric);
   io("after", x.after);
 }
-void layout(auto& io, Is<StageSpread> auto& x) {
-  io("mean", x.mean);
-  io("max", x.max);
-  io("rms", x.rms);
+void layout(Io& io, StageSpread& x) {
+  io.record("stage_spread", "standard deviations over the runs, mm");
+  io("mean", x.mean, kNotNegative);
+  io("max", x.max, kNotNegative);
+  io("rms", x.rms, kNotNegative);
 }
-void layout(auto& io, Is<Spread> auto& x) {
+void layout(Io& io, Spread& x) {
   io("over", x.over, kRunNames);
   io("count", x.count, Whole{2});
   io("before", x.before);
   io("geometric", x.geometric);
   io("after", x.after);
 }
-void layout(auto& io, Is<Extent> auto& x) {
+void layout(Io& io, Extent& x) {
+  io.record("range", "");
   io("min", x.min);
   io("max", x.max);
 }
-void layout(auto& io, Is<Conditions> auto& x) {
-  io("started", x.started);
-  io("ended", x.ended);
+void layout(Io& io, Conditions& x) {
+  io.format("date-time")("started", x.started);
+  io.format("date-time")("ended", x.ended);
   io("poses_measured", x.poses_measured, kCount);
   io("poses_skipped", x.poses_skipped, kCount);
   io.optional("temperature_c", x.temperature_c);
   io.optional("pressure_mbar", x.pressure_mbar);
   io.optional("humidity_percent", x.humidity_percent);
 }
-void layout(auto& io, Is<Remeasured> auto& x) {
+void layout(Io& io, Remeasured& x) {
   io("pose", x.pose, kNumber);
   io("smr", x.smr);
-  io("error", x.error);
+  io.about("wanted minus measured, mm, tracker frame")("error", x.error);
 }
-void layout(auto& io, Is<Stream::Turnaround> auto& x) {
-  io("p50", x.p50);
-  io("p99", x.p99);
-  io("p999", x.p999);
-  io("max", x.max);
+void layout(Io& io, Stream::Turnaround& x) {
+  io("p50", x.p50, kNotNegative);
+  io("p99", x.p99, kNotNegative);
+  io("p999", x.p999, kNotNegative);
+  io("max", x.max, kNotNegative);
 }
-void layout(auto& io, Is<Stream> auto& x) {
+void layout(Io& io, Stream& x) {
+  io.further_members();
   constexpr Whole kMany{0, std::numeric_limits<std::int64_t>::max()};
   io("cycles", x.cycles, kMany);
   io("answered", x.answered, kMany);
@@ -252,92 +277,137 @@ void layout(auto& io, Is<Stream> auto& x) {
   io("wrong_ipoc", x.wrong_ipoc, kMany);
   io.defaulted("unconfirmed", x.unconfirmed, kMany);
   io.defaulted("sessions", x.sessions, kMany);
-  io("max_step_deg", x.max_step_deg);
+  io("max_step_deg", x.max_step_deg, kNotNegative);
   io("turnaround_us", x.turnaround_us);
 }
-void layout(auto& io, Is<ErrorLengths> auto& x) {
+void layout(Io& io, ErrorLengths& x) {
+  io.record("lengths", "of errors, mm; p95: not exceeded by 95 % of them");
   io("mean", x.mean, kNotNegative);
   io("p95", x.p95, kNotNegative);
   io("max", x.max, kNotNegative);
 }
-void layout(auto& io, Is<ErrorComparison> auto& x) {
+void layout(Io& io, ErrorComparison& x) {
+  io.record("comparison", "the same samples with the correction and without it");
   io("count", x.count, kNumber);
   io("with", x.with);
   io("without", x.without);
 }
-void layout(auto& io, Is<PathSample> auto& x) {
+void layout(Io& io, PathSample& x) {
   io("time_s", x.time_s);
-  io("point", x.at_point);
-  io("gain_percent", x.gain_percent, Range{kAny.min, 100});
-  io("wanted", x.wanted_mm);
-  io("with", x.with_mm);
-  io("without", x.without_mm);
-  io.optional("lagged", x.lagged_mm);
+  io.about("whether the program stands at one of its points")("point", x.at_point);
+  io.about("of the correction that was in effect; below 0: none, and why")("gain_percent", x.gain_percent,
+                                                                           Range{kAny.min, 100});
+  io.about("of the data sheet's arm at the set points")("wanted", x.wanted_mm);
+  io.about("of the real arm as it went")("with", x.with_mm);
+  io.about("of the real arm, had its axes stood at the set points")("without", x.without_mm);
+  io.about("of the data sheet's arm at the set points with the lag of the drives applied")
+      .optional("lagged", x.lagged_mm);
 }
-void layout(auto& io, Is<AxisLag> auto& x) {
+void layout(Io& io, AxisLag& x) {
   io("dead_time_s", x.dead_time_s, kNotNegative);
   io("time_constant_s", x.time_constant_s, kNotNegative);
-  io("identified", x.identified);
+  io.about("false: the axis moved too little, and the mean of the other axes stands here")("identified",
+                                                                                           x.identified);
 }
-void layout(auto& io, Is<DriveLag> auto& x) {
+void layout(Io& io, DriveLag& x) {
   io("axes", x.axes);
-  io("residual_deg", x.residual_rad, Degrees{}, kNotNegative);
+  io.about("RMS of actual less lagged axis")("residual_deg", x.residual_rad, Degrees{}, kNotNegative);
 }
-void layout(auto& io, Is<Production> auto& x) {
+void layout(Io& io, Production& x) {
   io("program", x.path.program);
-  io.optional("points", x.accuracy.points);
-  io("points_partly_corrected", x.accuracy.points_partly_corrected, kCount);
-  io.optional("path", x.accuracy.path);
-  io.optional("path_lagged", x.accuracy.path_lagged);
-  io.optional("lag", x.path.lag);
+  io.about("where the program stood and all of the correction was in effect")
+      .optional("points", x.accuracy.points);
+  io.about("not judged")("points_partly_corrected", x.accuracy.points_partly_corrected, kCount);
+  io.about("distance from the wanted path, of all samples between the points with all of the correction")
+      .optional("path", x.accuracy.path);
+  io.about(
+        "with the correction: distance of the same samples from the wanted path with the lag of the drives applied")
+      .optional("path_lagged", x.accuracy.path_lagged);
+  io.about("how the axes follow what they are given, where they were recorded").optional("lag", x.path.lag);
   io("samples", x.path.samples);
 }
-void layout(auto& io, Is<CalibrationDocument> auto& x) {
+void layout(Io& io, Run& x) {
+  io.optional("seed", x.seed);
+  io.optional("fold", x.fold, kNumber);
+  io("converged", x.converged);
+  io("iterations", x.iterations);
+  io("identify", x.identify);
+  io("validate", x.validate);
+  io("rank", x.rank, kCount);
+  io("condition", x.condition, kNotNegative);
+}
+void layout(Io& io, TrueLink& x) {
+  io("a", x.a_mm);
+  io("alpha", x.alpha_rad);
+  io("d", x.d_mm);
+  io("theta", x.theta_rad);
+  io("beta", x.beta_rad);
+}
+void layout(Io& io, Truth& x) {
+  io("base", x.base);
+  io("smr", x.p_FS_mm, Xyz{});
+  io("links", x.links);
+}
+void layout(Io& io, CalibrationDocument& x) {
+  io.record(
+      "",
+      "What truepose calibrate --json prints, the daemon keeps of a campaign and truepose report reads. mm and rad unless a name or description says otherwise. One that an earlier version made may lack what that did not know.");
   io("method", x.method, kMethods);
   io("converged", x.converged);
   io("iterations", x.iterations);
-  io("elapsed_s", x.elapsed_s);
+  io("elapsed_s", x.elapsed_s, kNotNegative);
   io("identify", x.identify);
   io.optional("validate", x.validate);
   io("rank", x.rank, kCount);
-  io.optional("rank_gap", x.rank_gap);
-  io("condition", x.condition);
-  io.optional("sigma0_mm", x.sigma0_mm);
+  io.optional("rank_gap", x.rank_gap, kNotNegative);
+  io("condition", x.condition, kNotNegative);
+  io.defaulted("sigma0_mm", x.sigma0_mm, kNotNegative);
   io.optional("non_geometric", x.non_geometric);
   io.optional("residual", x.field);
-  io.optional("thermal", x.thermal);
-  io.optional("observability", x.observability);
-  io.optional("prior", x.prior);
+  io.about("thermal expansion of the arm; all else holds at the reference temperatures")
+      .optional("thermal", x.thermal);
+  io.defaulted("observability", x.observability);
+  io.defaulted("prior", x.prior);
   io.optional("prediction_uncertainty", x.prediction_uncertainty);
-  io.defaulted("rejected", x.rejected);
-  io.optional("validation_outliers", x.validation_outliers);
-  io.optional("base", x.base);
-  io.optional("stations", x.stations);
-  io.defaulted("smr", x.smr, ReflectorsByName{}, Xyz{});
-  io.optional("targets", x.targets);
+  io.about("points to identify that were left out").defaulted("rejected", x.rejected);
+  io.about("validation points beyond six sigma, in the statistics all the same")
+      .optional("validation_outliers", x.validation_outliers);
+  io.about("X_WB, the robot's base in the tracker frame (of several stations, the first one's)")
+      .defaulted("base", x.base);
+  io.about("where the tracker measured from several").optional("stations", x.stations);
+  io.about("p_FS of each reflector by its name, mm, flange frame")
+      .defaulted("smr", x.smr, ReflectorsByName{}, Xyz{});
+  io.about("how each reflector that is a 6-D target is mounted on the flange: R_FT = Rz(rz) Ry(ry) Rx(rx)")
+      .optional("targets", x.targets);
   io("parameters", x.parameters);
-  io.optional("arm", x.arm);
+  io.about("the nominal one, as in a robot file").defaulted("arm", x.arm);
   io.defaulted("points", x.points);
 
-  io.optional("verdict", x.verdict, ColoredVerdict{});
+  io.about("whether the model may be trusted, the gravest finding first")
+      .optional("verdict", x.verdict, ColoredVerdict{});
   io.optional("noise", x.noise, StatedNoise{});
-  io.optional("spread", x.spread);
-  io.optional("fold_points", x.fold_points);
+  io.about("of a validation in several runs").optional("spread", x.spread);
+  io.optional("splits", x.splits);
+  io.about("every point as the fit predicts it that had not seen its pose")
+      .optional("fold_points", x.fold_points);
   io.optional("robot", x.robot);
   io.optional("tracker", x.tracker);
   io.optional("campaign", x.campaign);
   io.optional("model", x.model);
-  io.optional("date", x.date);
-  io.optional("files", x.files);
-  io.optional("options", x.options);
+  io.format("date-time").optional("date", x.date);
+  io.about("what was read, by what it is").optional("files", x.files);
+  io.about("how it was identified").optional("options", x.options);
   io.optional("conditions", x.conditions);
   io.optional("skipped", x.skipped);
-  io.optional("interruptions", x.interruptions);
-  io.optional("reference_drift_mm", x.reference_drift_mm);
-  io.optional("remeasured", x.remeasured);
+  io.about("after which the campaign resumed").optional("interruptions", x.interruptions);
+  io.optional("reference_drift_mm", x.reference_drift_mm, kNotNegative);
+  io.about("validation poses reached with compensated joints").optional("remeasured", x.remeasured);
   io.optional("remeasured_points", x.remeasured_points);
-  io.optional("stream", x.stream);
-  io.optional("production", x.production);
+  io.about("further members of stream.status").optional("stream", x.stream);
+  io.about(
+        "how a production program went under correction: where the reflector was, mm, the robot's base frame")
+      .optional("production", x.production);
+  io.about("what a simulated arm really is").optional("truth", x.truth);
 }
 
 json::object statistics_json(const ErrorStatistics& statistics) { return to_json(statistics); }
@@ -362,6 +432,13 @@ json::object calibration_document(const CalibrationDocument& document) {
   json::object json = to_json(document);
   assert(is_finite(json));  // a calibration that got elsewhere must have failed before
   return json;
+}
+
+json::object calibration_document_schema() {
+  json::object schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                      {"title", "truepose calibration document"}};
+  for (auto& [key, value] : schema_of<CalibrationDocument>()) schema[key] = std::move(value);
+  return schema;
 }
 
 std::expected<CalibrationDocument, std::string> read_calibration_document(const json::object& document) {

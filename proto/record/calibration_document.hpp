@@ -144,6 +144,27 @@ struct Thermal {
 enum class Method { TwoStage };
 inline constexpr std::array kMethods{Named{"two-stage", Method::TwoStage}};
 
+/// One run of a validation over several splits or folds.
+struct Run {
+  std::optional<std::uint64_t> seed;  ///< of a split
+  std::optional<int> fold;            ///< from 1
+  bool converged = false;
+  Iterations iterations;
+  StageErrors identify, validate;
+  int rank = 0;
+  double condition = 0;
+};
+
+/// What a simulated arm really is.
+struct TrueLink {
+  double a_mm = 0, alpha_rad = 0, d_mm = 0, theta_rad = 0, beta_rad = 0;
+};
+struct Truth {
+  BasePose base;
+  Eigen::Vector3d p_FS_mm{0, 0, 0};
+  std::vector<TrueLink> links;
+};
+
 struct CalibrationDocument {
   Method method = Method::TwoStage;
   bool converged = false;
@@ -175,6 +196,7 @@ struct CalibrationDocument {
   std::optional<CalibrationVerdict> verdict;  ///< none: it was not judged
   std::optional<MeasurementNoise> noise;
   std::optional<Spread> spread;
+  std::vector<Run> splits;  ///< each run of a validation in several
   std::vector<Point> fold_points;
   std::string robot, tracker, campaign, model, date;  ///< empty where not known
   ByName<std::string> files, options;
@@ -186,6 +208,7 @@ struct CalibrationDocument {
   std::vector<Remeasured> remeasured_points;
   std::optional<Stream> stream;
   std::optional<Production> production;
+  std::optional<Truth> truth;
 };
 
 /// Error statistics as every document of ours carries them, mm:
@@ -213,6 +236,9 @@ boost::json::object production_json(const ProductionPath& path);
 std::expected<Production, std::string> read_production(const boost::json::object& production);
 
 boost::json::object calibration_document(const CalibrationDocument& document);
+
+/// The JSON Schema of calibration documents, which is report.schema.json.
+boost::json::object calibration_document_schema();
 
 /// Reads such a document. @return it, or one sentence that names the member
 std::expected<CalibrationDocument, std::string> read_calibration_document(

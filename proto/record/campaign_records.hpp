@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "proto/record/layout.hpp"
+#include "proto/record/io.hpp"
 
 /// What befell a campaign beside its points, as documents and answers say it.
 namespace truepose::record {
@@ -13,7 +13,7 @@ struct SkippedPose {
   int attempts = 0;
   std::string reason;
 };
-void layout(auto& io, Is<SkippedPose> auto& x) {
+inline void layout(Io& io, SkippedPose& x) {
   io("pose", x.pose, kNumber);
   io("attempts", x.attempts, kCount);
   io("reason", x.reason);
@@ -24,9 +24,9 @@ struct Interruption {
   std::string interrupted, resumed;  ///< RFC 3339
   std::string found;                 ///< what had become of the cell meanwhile, in words
 };
-void layout(auto& io, Is<Interruption> auto& x) {
-  io("interrupted", x.interrupted);
-  io("resumed", x.resumed);
+inline void layout(Io& io, Interruption& x) {
+  io.format("date-time")("interrupted", x.interrupted);
+  io.format("date-time")("resumed", x.resumed);
   io("found", x.found);
 }
 

@@ -5,12 +5,12 @@
 
 namespace truepose::record {
 
-void layout(auto& io, Is<DriftDocument::Error> auto& x) {
+void layout(Io& io, DriftDocument::Error& x) {
   io("row", x.row, kCount);
   layout_xyz(io, x.error, kAny);
   io("length", x.length);
 }
-void layout(auto& io, Is<DriftDocument::Cause> auto& x) {
+void layout(Io& io, DriftDocument::Cause& x) {
   io("kind", x.kind, kDriftCauses);
   if (x.kind == ChangeKind::Reflector) io("smr", x.smr);
   if (x.kind == ChangeKind::JointZero) io("joint", x.joint, kNumber);
@@ -21,7 +21,7 @@ void layout(auto& io, Is<DriftDocument::Cause> auto& x) {
   io("p_value", x.p_value);
   io("explains", x.explains);
 }
-void layout(auto& io, Is<ModelUpdate> auto& x) {
+void layout(Io& io, ModelUpdate& x) {
   io("offered", x.offered);
   io("moved", x.moved);
   io("rejected", x.rejected);
@@ -31,7 +31,7 @@ void layout(auto& io, Is<ModelUpdate> auto& x) {
   io("leave_one_out", x.leave_one_out);
   io("p_value", x.p_value);
 }
-void layout(auto& io, Is<DriftDocument> auto& x) {
+void layout(Io& io, DriftDocument& x) {
   io("verdict", x.verdict, kDriftVerdicts);
   io("reason", x.reason);
   io("mean", x.mean);

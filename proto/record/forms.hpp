@@ -64,12 +64,8 @@ struct Xyz {
   Form form_of(const Eigen::Vector3d& p) const { return {p, range}; }
   Eigen::Vector3d value_of(const Form& form) const { return form.p; }
 };
-void layout_xyz(auto& io, auto& p, Range range) {
-  io("x", p.x(), range);
-  io("y", p.y(), range);
-  io("z", p.z(), range);
-}
-void layout(auto& io, Is<Xyz::Form> auto& x) { layout_xyz(io, x.p, x.range); }
+void layout_xyz(Io& io, Eigen::Vector3d& p, Range range);
+inline void layout(Io& io, Xyz::Form& x) { layout_xyz(io, x.p, x.range); }
 /// mm, within 10 m.
 inline constexpr Xyz kPoint{{-10'000, 10'000}};
 
@@ -92,11 +88,7 @@ struct KukaAngles {
     return pose_from_kuka(Eigen::Vector3d::Zero(), form.abc_deg).linear();
   }
 };
-void layout(auto& io, Is<KukaAngles::Form> auto& x) {
-  io("a", x.abc_deg.x(), kDeg);
-  io("b", x.abc_deg.y(), kDeg);
-  io("c", x.abc_deg.z(), kDeg);
-}
+void layout(Io& io, KukaAngles::Form& x);
 
 /// {x, y, z, a, b, c}: mm and KUKA's angles, deg.
 struct KukaPose {
@@ -109,10 +101,7 @@ struct KukaPose {
     return pose_from_kuka(form.p_mm, form.angles.abc_deg);
   }
 };
-void layout(auto& io, Is<KukaPose::Form> auto& x) {
-  layout_xyz(io, x.p_mm, kMm);
-  layout(io, x.angles);
-}
+void layout(Io& io, KukaPose::Form& x);
 
 /// A verdict with its color, which follows from the findings.
 struct ColoredVerdict {
@@ -126,61 +115,20 @@ struct ColoredVerdict {
 
 // ---- Records of several files and documents
 
-void layout(auto& io, Is<LinkMass> auto& x) {
-  io("kg", x.mass_kg, kKg);
-  layout_xyz(io, x.centre_mm, kMm);
-}
+void layout(Io& io, LinkMass& x);
 
-void layout(auto& io, Is<BasePose> auto& x) {
-  layout_xyz(io, x.p_mm, kMm);
-  io("rx", x.rxyz_rad.x(), kRad);
-  io("ry", x.rxyz_rad.y(), kRad);
-  io("rz", x.rxyz_rad.z(), kRad);
-}
+void layout(Io& io, BasePose& x);
 
-void layout(auto& io, Is<IdentifiedParameter> auto& x) {
-  io("name", x.name);
-  io("nominal", x.nominal);
-  io("value", x.value);
-  io("sigma", x.sigma, kNotNegative);
-  io("identified", x.identified);
-  io.on_read(x, [](auto& parameter) { parameter.data_share = parameter.identified ? 1 : 0; });
-  io.defaulted("data_share", x.data_share, Range{0, 1});
-}
+void layout(Io& io, IdentifiedParameter& x);
 
-void layout(auto& io, Is<Finding> auto& x) {
-  io("severity", x.severity, kSeverityNames);
-  io("code", x.code);
-  io("sentence", x.sentence);
-  io.optional("what_to_do", x.what_to_do);
-}
+void layout(Io& io, Finding& x);
 
-void layout(auto& io, Is<ColoredVerdict::Form> auto& x) {
-  io("color", x.color, kVerdictColorNames);
-  io("findings", x.findings);
-}
+void layout(Io& io, ColoredVerdict::Form& x);
 
 /// A joint in mm, deg and deg/s, up to what it carries.
-void layout_in_deg(auto& io, Is<Joint> auto& x) {
-  constexpr Range kAxisDeg{-100'000, 100'000};  // an axis may turn without end
-  io.defaulted("type", x.type, kJointTypes);
-  io("a", x.a_mm, kMm);
-  io("alpha", x.alpha_rad, Degrees{}, kDeg);
-  io("d", x.d_mm, kMm);
-  io("theta", x.theta_rad, Degrees{}, kDeg);
-  io.defaulted("beta", x.beta_rad, Degrees{}, kDeg);
-  io("sign", x.sign, Sign{}, Whole{-1, 1});
-  io("min", x.min, InUnit{unit_of(x)}, kAxisDeg);
-  io("max", x.max, InUnit{unit_of(x)}, kAxisDeg);
-  io("speed", x.speed, InUnit{unit_of(x)}, Range{0, kAxisDeg.max});
-}
+void layout_in_deg(Io& io, Joint& x);
 
-void layout(auto& io, Is<JointCoupling> auto& x) {
-  constexpr Whole kJoint{1, kMaxJoints};
-  io("joint", x.joint, FromOne{}, kJoint);
-  io("to", x.to, FromOne{}, kJoint);
-  io.defaulted("factor", x.factor, Range{-1000, 1000});
-}
+void layout(Io& io, JointCoupling& x);
 
 /// What couplings of an arm's joints have to be.
 struct Couplings {
@@ -198,21 +146,8 @@ struct Couplings {
   static const Joint& joint_of(const auto& link) { return link.joint; }
 };
 
-void layout(auto& io, Is<ArmJoint::Mass> auto& x) {
-  layout_xyz(io, x.mass.centre_mm, kMm);
-  io("kg", x.mass.mass_kg, kKg);
-}
-void layout(auto& io, Is<ArmJoint> auto& x) {
-  layout_in_deg(io, x.joint);
-  io.optional("mass", x.mass);
-}
-void layout(auto& io, Is<Arm> auto& x) {
-  io("name", x.name);
-  io("joints", x.joints);
-  io.optional("coupling", x.coupling, Couplings::of(x.joints));
-  io("flange", x.X_flange, KukaPose{});
-  io.optional("payload", x.payload);
-  io("gravity", x.gravity_B, Xyz{});
-}
+void layout(Io& io, ArmJoint::Mass& x);
+void layout(Io& io, ArmJoint& x);
+void layout(Io& io, Arm& x);
 
 }  // namespace truepose::record

@@ -13,23 +13,23 @@
 
 namespace truepose::record {
 
-void layout(auto& io, Is<FrameDocument::Reading> auto& x) {
+void layout(Io& io, FrameDocument::Reading& x) {
   io("row", x.row, kCount);
   io("point", x.point);
   io("error_mm", x.error_mm, kNotNegative);
   io.optional("orientation_error_deg", x.orientation_error_deg, kNotNegative);
 }
-void layout(auto& io, Is<FrameDocument::Point> auto& x) {
+void layout(Io& io, FrameDocument::Point& x) {
   io("name", x.name);
   io.optional("p", x.p_mm, kPoint);
   io.optional("residual_mm", x.residual_mm, kNotNegative);
 }
-void layout(auto& io, Is<FrameDocument::Shift> auto& x) {
+void layout(Io& io, FrameDocument::Shift& x) {
   io("p", x.p_mm, kPoint);
   io("sigma_mm", x.sigma_mm);
   io("significant", x.significant);
 }
-void layout(auto& io, Is<FrameDocument> auto& x) {
+void layout(Io& io, FrameDocument& x) {
   io("kind", x.kind, kFrameKinds);
   io("number", x.number, kNumber);
   io("frame", x.X, KukaPose{});

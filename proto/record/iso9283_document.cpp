@@ -6,42 +6,40 @@
 namespace truepose::record {
 
 /// "a", "b" and "c", all of them or none.
-void layout_angles(auto& io, auto& abc_rad) {
+void layout_angles(Io& io, std::optional<Eigen::Vector3d>& abc_rad) {
   if (!io.has("a", abc_rad.has_value())) return;
   io.on_read(abc_rad, [](auto& abc) { abc.emplace(); });
   io("a", abc_rad->x());
   io("b", abc_rad->y());
   io("c", abc_rad->z());
 }
-void layout(auto& io, Is<PoseAccuracy> auto& x) {
+void layout(Io& io, PoseAccuracy& x) {
   io("p", x.p_mm);
   layout_xyz(io, x.xyz_mm, kAny);
   layout_angles(io, x.abc_rad);
 }
-void layout(auto& io, Is<PoseRepeatability> auto& x) {
+void layout(Io& io, PoseRepeatability& x) {
   io("l", x.l_mm);
   io("mean", x.mean_mm);
   io("std", x.std_mm);
   layout_angles(io, x.abc_rad);
 }
-void layout(auto& io, Is<AccuracyVariation> auto& x) {
+void layout(Io& io, AccuracyVariation& x) {
   io("p", x.p_mm);
   layout_angles(io, x.abc_rad);
 }
 
 /// One part of a drift, a length under its own key and three angles: dAP and dRP.
-template <class Number, class Angles>
 struct DriftPart {
   std::string_view key;
-  Number& length_mm;
-  Angles& abc_rad;
+  double& length_mm;
+  std::optional<Eigen::Vector3d>& abc_rad;
 };
-template <class Number, class Angles>
-void layout(auto& io, const DriftPart<Number, Angles>& x) {
+void layout(Io& io, const DriftPart& x) {
   io(x.key, x.length_mm);
   layout_angles(io, x.abc_rad);
 }
-void layout(auto& io, Is<Iso9283Document::Set> auto& x) {
+void layout(Io& io, Iso9283Document::Set& x) {
   io("point", x.point);
   io("direction", x.direction);
   io("time", x.time);
@@ -49,13 +47,13 @@ void layout(auto& io, Is<Iso9283Document::Set> auto& x) {
   io("AP", x.characteristics.accuracy);
   io("RP", x.characteristics.repeatability);
 }
-void layout(auto& io, Is<Iso9283Document::Variation> auto& x) {
+void layout(Io& io, Iso9283Document::Variation& x) {
   io("point", x.point);
   io("time", x.time);
   io("directions", x.directions);
   io("vAP", x.variation);
 }
-void layout(auto& io, Is<Iso9283Document::Drift> auto& x) {
+void layout(Io& io, Iso9283Document::Drift& x) {
   io("point", x.point);
   io("direction", x.direction);
   io("times", x.times);
@@ -63,10 +61,10 @@ void layout(auto& io, Is<Iso9283Document::Drift> auto& x) {
   io("dRP", DriftPart{"l", x.drift.rp_l_mm, x.drift.rp_abc_rad});
   io("moved", x.drift.moved_mm);
 }
-void check(const auto& io, const Iso9283Document::Drift& x) {
-  if (x.times.empty()) io.at("times").fail("expected a list of series");
+void check(const Io& io, const Iso9283Document::Drift& x) {
+  if (x.times.empty()) io.fail_at("times", "expected a list of series");
 }
-void layout(auto& io, Is<Iso9283Document> auto& x) {
+void layout(Io& io, Iso9283Document& x) {
   io("standard", x.standard);
   io("frame", x.frame, kIso9283Frames);
   io("cycles", x.cycles, kCount);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "proto/control/json_text.hpp"
 #include "proto/text/renamed.hpp"
@@ -11,13 +12,207 @@ namespace {
 
 namespace json = boost::json;
 
-std::string plain(double number) { return control::json_text(json::value(number)); }
+json::string_view view(std::string_view text) { return {text.data(), text.size()}; }
+
+/// Writes a value of JSON. Every value under way stands in the one before it.
+class JsonWriter final : public Io {
+ public:
+  json::value document;
+
+  bool reads() const override { return false; }
+  bool has(std::string_view, bool there) const override { return there; }
+  [[noreturn]] void fail(const std::string&) const override { std::abort(); }
+  [[noreturn]] void fail_at(std::string_view, const std::string&) const override { std::abort(); }
+  [[noreturn]] void fail_at(std::string_view, std::size_t, const std::string&) const override {
+    std::abort();
+  }
+  void require(std::string_view) const override {}
+
+ private:
+  bool enter(Presence presence, std::string_view key, bool there) override {
+    if (!there && presence == Presence::Optional) return false;
+    json::value& member = top().get_object()[view(key)];
+    if (!there && presence == Presence::Nullable) return false;
+    path_.push_back(&member);
+    return true;
+  }
+  void leave() override { path_.pop_back(); }
+  void begin_record(const std::function<void(Io&)>&) override { top().emplace_object(); }
+  void end_record() override {}
+  std::size_t begin_list(std::size_t size) override {
+    top().emplace_array().resize(size);
+    return size;
+  }
+  void enter_element(std::size_t i) override { path_.push_back(&top().get_array()[i]); }
+  void end_list() override {}
+  std::size_t begin_members(std::size_t size) override {
+    top().emplace_object();
+    return size;
+  }
+  std::string enter_member(std::size_t, std::string_view key) override {
+    path_.push_back(&top().get_object()[view(key)]);
+    return {};
+  }
+  void end_members() override {}
+
+  void number(double& x, Range) override { top() = x; }
+  void whole(std::int64_t& x, Whole) override { top() = x; }
+  void seed(std::uint64_t& x) override { top() = x; }
+  void boolean(bool& x) override { top() = x; }
+  void text(std::string& x, bool) override { top() = x; }
+  void file(std::filesystem::path& x) override { top() = x.string(); }
+  void write_word(std::string_view word) override { top() = view(word); }
+  std::string read_word(const std::vector<std::string_view>&) override { std::abort(); }
+
+  json::value& top() { return *path_.back(); }
+
+  std::vector<json::value*> path_{&document};
+};
+
+class RecordError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+std::string digits(double number) { return control::json_text(json::value(number)); }
 
 /// "of 0 or more", "1..100"; nothing where there is no bound.
 std::string within(const std::string& min, const std::string& max, bool has_min, bool has_max) {
   if (has_min && has_max) return " " + min + ".." + max;
   return has_min ? " of " + min + " or more" : "";
 }
+
+/// Reads a value of JSON. Every error is a RecordError "points[3].pose: what".
+class JsonReader final : public Io {
+ public:
+  JsonReader(const json::value& document, const std::string& name) { path_.push_back({&document, name}); }
+
+  bool reads() const override { return true; }
+  bool has(std::string_view key, bool) const override { return find(key) != nullptr; }
+  [[noreturn]] void fail(const std::string& what) const override { fail_in(where(), what); }
+  [[noreturn]] void fail_at(std::string_view key, const std::string& what) const override {
+    require(key);
+    fail_in(below(where(), key), what);
+  }
+  [[noreturn]] void fail_at(std::string_view key, std::size_t element,
+                            const std::string& what) const override {
+    fail_in(below(where(), key) + "[" + std::to_string(element) + "]", what);
+  }
+  void require(std::string_view key) const override {
+    if (!find(key)) fail("missing key '" + std::string(key) + "'");
+  }
+
+ private:
+  struct Step {
+    const json::value* value;
+    std::string key;          ///< of a member, the whole's name first
+    std::size_t element = 0;  ///< of a list, where there is no key
+  };
+
+  bool enter(Presence presence, std::string_view key, bool) override {
+    const json::value* const member = find(key);
+    if (!member && presence == Presence::Required) require(key);
+    if (!member || (presence == Presence::Nullable && member->is_null())) return false;
+    path_.push_back({member, std::string{key}});
+    return true;
+  }
+  void leave() override { path_.pop_back(); }
+  /// Unknown members are passed over, but one that was renamed must not be read as left out.
+  void begin_record(const std::function<void(Io&)>& layout) override {
+    if (!value().is_object()) fail_expected("an object");
+    const std::vector<std::string> known = keys_of(layout);
+    for (const auto& member : value().get_object()) {
+      const std::string_view key = member.key();
+      if (std::ranges::find(known, key) != known.end()) continue;
+      if (const std::string renaming = renamed(key, known); !renaming.empty())
+        fail("unknown key '" + std::string{key} + "'" + renaming);
+    }
+  }
+  void end_record() override {}
+  std::size_t begin_list(std::size_t) override {
+    if (!value().is_array()) fail_expected("a list");
+    return value().get_array().size();
+  }
+  void enter_element(std::size_t i) override { path_.push_back({&value().get_array()[i], {}, i}); }
+  void end_list() override {}
+  std::size_t begin_members(std::size_t) override {
+    if (!value().is_object()) fail_expected("an object");
+    return value().get_object().size();
+  }
+  std::string enter_member(std::size_t i, std::string_view) override {
+    const auto& member = value().get_object().begin()[i];
+    path_.push_back({&member.value(), std::string{member.key()}});
+    return path_.back().key;
+  }
+  void end_members() override {}
+
+  void number(double& x, Range range) override {
+    x = value().is_number() ? value().to_number<double>() : NAN;
+    if (x >= range.min && x <= range.max) return;
+    fail_expected("a number" +
+                  within(digits(range.min), digits(range.max), range.min > kAny.min, range.max < kAny.max));
+  }
+  void whole(std::int64_t& x, Whole range) override {
+    boost::system::error_code inexact;
+    x = value().is_double() ? range.min : value().to_number<std::int64_t>(inexact);
+    if (!value().is_double() && !inexact && x >= range.min && x <= range.max) return;
+    constexpr Whole kEvery;
+    fail_expected("a whole number" + within(std::to_string(range.min), std::to_string(range.max),
+                                            range.min > kEvery.min, range.max < kEvery.max));
+  }
+  void seed(std::uint64_t& x) override {
+    if (value().is_uint64()) {
+      x = value().get_uint64();
+      return;
+    }
+    std::int64_t number = 0;
+    whole(number, {0, std::numeric_limits<std::int64_t>::max()});
+    x = static_cast<std::uint64_t>(number);
+  }
+  void boolean(bool& x) override {
+    if (!value().is_bool()) fail_expected("true or false");
+    x = value().get_bool();
+  }
+  void text(std::string& x, bool) override {
+    if (!value().is_string()) fail_expected("a text");
+    x.assign(value().get_string().data(), value().get_string().size());
+  }
+  void file(std::filesystem::path& x) override {
+    std::string name;
+    text(name, false);
+    x = name;
+  }
+  void write_word(std::string_view) override { std::abort(); }
+  std::string read_word(const std::vector<std::string_view>& words) override {
+    std::string word;
+    text(word, false);
+    if (std::ranges::find(words, word) != words.end()) return word;
+    std::string all;
+    for (const std::string_view known : words) all += (all.empty() ? "" : ", ") + std::string(known);
+    fail("expected one of " + all + ", found " + control::json_excerpt(value()) + renamed(word, words));
+  }
+
+  const json::value& value() const { return *path_.back().value; }
+  const json::value* find(std::string_view key) const { return value().get_object().if_contains(view(key)); }
+
+  static std::string below(const std::string& place, std::string_view key) {
+    return place + (place.empty() ? "" : ".") + std::string{key};
+  }
+  std::string where() const {
+    std::string place = path_.front().key;
+    for (auto step = path_.begin() + 1; step != path_.end(); ++step)
+      place = step->key.empty() ? place + "[" + std::to_string(step->element) + "]" : below(place, step->key);
+    return place;
+  }
+  [[noreturn]] static void fail_in(const std::string& place, const std::string& what) {
+    throw RecordError((place.empty() ? "" : place + ": ") + what);
+  }
+  [[noreturn]] void fail_expected(const std::string& what) const {
+    fail("expected " + what + ", found " + control::json_excerpt(value()));
+  }
+
+  std::vector<Step> path_;
+};
 
 }  // namespace
 
@@ -28,96 +223,19 @@ bool is_finite(const json::value& value) {
   return !value.is_double() || std::isfinite(value.get_double());
 }
 
-JsonText::Value JsonText::record(std::vector<std::pair<std::string, Value>> members) {
-  json::object object;
-  for (auto& [key, value] : members) object[key] = std::move(value);
-  return object;
+json::value written_json(const std::function<void(Io&)>& write) {
+  JsonWriter io;
+  write(io);
+  return std::move(io.document);
 }
 
-void JsonPlace::fail(const std::string& what) const {
-  throw RecordError((path_.empty() ? "" : path_ + ": ") + what);
-}
-
-void JsonPlace::fail_expected(const std::string& what) const {
-  fail("expected " + what + ", found " + control::json_excerpt(*value_));
-}
-
-double JsonPlace::number(Range range) const {
-  const double number = value_->is_number() ? value_->to_number<double>() : NAN;
-  if (number >= range.min && number <= range.max) return number;
-  fail_expected("a number" +
-                within(plain(range.min), plain(range.max), range.min > kAny.min, range.max < kAny.max));
-}
-
-std::int64_t JsonPlace::integer(std::int64_t min, std::int64_t max) const {
-  boost::system::error_code inexact;
-  const std::int64_t number = value_->is_double() ? min : value_->to_number<std::int64_t>(inexact);
-  if (!value_->is_double() && !inexact && number >= min && number <= max) return number;
-  constexpr Whole kEvery;
-  fail_expected("a whole number" +
-                within(std::to_string(min), std::to_string(max), min > kEvery.min, max < kEvery.max));
-}
-
-std::uint64_t JsonPlace::seed() const {
-  if (value_->is_uint64()) return value_->get_uint64();
-  return static_cast<std::uint64_t>(integer(0, std::numeric_limits<std::int64_t>::max()));
-}
-
-bool JsonPlace::boolean() const {
-  if (!value_->is_bool()) fail_expected("true or false");
-  return value_->get_bool();
-}
-
-std::string JsonPlace::text() const {
-  if (!value_->is_string()) fail_expected("a text");
-  return {value_->get_string().data(), value_->get_string().size()};
-}
-
-std::string JsonPlace::word(const std::vector<std::string_view>& words) const {
-  std::string word = text();
-  if (std::ranges::find(words, word) != words.end()) return word;
-  std::string all;
-  for (const std::string_view known : words) all += (all.empty() ? "" : ", ") + std::string(known);
-  fail("expected one of " + all + ", found " + control::json_excerpt(*value_) + renamed(word, words));
-}
-
-std::vector<JsonPlace> JsonPlace::list() const {
-  if (!value_->is_array()) fail_expected("a list");
-  std::vector<JsonPlace> elements;
-  for (const json::value& element : value_->get_array())
-    elements.emplace_back(element, path_ + "[" + std::to_string(elements.size()) + "]");
-  return elements;
-}
-
-std::vector<std::pair<std::string, JsonPlace>> JsonPlace::members() const {
-  if (!value_->is_object()) fail_expected("an object");
-  std::vector<std::pair<std::string, JsonPlace>> members;
-  for (const auto& [key, member] : value_->get_object())
-    members.emplace_back(key, JsonPlace{member, (path_.empty() ? "" : path_ + ".") + std::string(key)});
-  return members;
-}
-
-JsonPlace::Map::Map(const JsonPlace& place, const std::vector<std::string>& known)
-    : place_{place}, object_{place.value_->if_object()} {
-  if (!object_) place.fail_expected("an object");
-  // Other unknown members are passed over, but one that was renamed must not be read as left out.
-  for (const auto& member : *object_) {
-    const std::string_view key = member.key();
-    if (std::ranges::find(known, key) != known.end()) continue;
-    if (const std::string renaming = renamed(key, known); !renaming.empty())
-      place.fail("unknown key '" + std::string{key} + "'" + renaming);
-  }
-}
-
-std::optional<JsonPlace> JsonPlace::Map::find(std::string_view key) const {
-  const json::value* member = object_->if_contains({key.data(), key.size()});
-  if (!member) return std::nullopt;
-  return JsonPlace{*member, (place_.path_.empty() ? "" : place_.path_ + ".") + std::string(key)};
-}
-
-JsonPlace JsonPlace::Map::at(std::string_view key) const {
-  if (auto member = find(key)) return *std::move(member);
-  place_.fail("missing key '" + std::string(key) + "'");
+std::expected<void, std::string> read_json(const json::value& document, const std::string& name,
+                                           const std::function<void(Io&)>& read) try {
+  JsonReader io{document, name};
+  read(io);
+  return {};
+} catch (const RecordError& error) {
+  return std::unexpected{error.what()};
 }
 
 }  // namespace truepose::record

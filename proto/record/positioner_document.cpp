@@ -9,19 +9,19 @@
 
 namespace truepose::record {
 
-void layout(auto& io, Is<PositionerDocument::Axis> auto& x) {
+void layout(Io& io, PositionerDocument::Axis& x) {
   io("joint", x.joint, kNumber);
   io("point", x.p_mm, kPoint);
   io("direction", x.direction, Xyz{});
 }
-void layout(auto& io, Is<PositionerDocument::Link> auto& x) {
+void layout(Io& io, PositionerDocument::Link& x) {
   io("name", x.name);
   io("unit", x.unit);
   io("nominal", x.nominal);
   io("value", x.value);
   io("sigma", x.sigma, kNotNegative);
 }
-void layout(auto& io, Is<PositionerDocument> auto& x) {
+void layout(Io& io, PositionerDocument& x) {
   io("number", x.number, kNumber);
   io("root", x.X_BR, KukaPose{});
   io("sigma_mm", x.sigma_mm);

@@ -81,20 +81,20 @@ std::optional<Record> read_wire(const Packet& packet, std::int64_t time_ns) {
 
 }  // namespace
 
-void layout(auto& io, record::Is<Device> auto& x) {
+void layout(record::Io& io, Device& x) {
   io("model", x.model);
   io("serial", x.serial);
   io("software", x.software);
 }
 
-void layout(auto& io, record::Is<Model> auto& x) {
+void layout(record::Io& io, Model& x) {
   io("number", x.number);
   io("id", x.id);
   io("sha256", x.sha256);
   io("yaml", x.yaml);
 }
 
-void layout(auto& io, record::Is<Header> auto& x) {
+void layout(record::Io& io, Header& x) {
   io("product", x.product);
   io("cell", x.cell);
   io("date", x.date);
