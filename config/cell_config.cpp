@@ -96,7 +96,7 @@ struct ToolFiles {
   }
 };
 
-// ---- Layouts; the file says the unit of every number beside it
+// ---- Layouts. The file states the unit next to every number
 
 void layout(Io& io, RobotConfig& x) {
   io("file", x.file);

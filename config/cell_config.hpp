@@ -15,12 +15,10 @@
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/robot_model.hpp"
-#include "core/calibrate/calibrate_options.hpp"
+#include "core/choices.hpp"
 #include "core/data/measurement.hpp"
-#include "core/fit/robust_fit.hpp"
 #include "core/math/refraction.hpp"
 #include "core/named.hpp"
-#include "core/plan/design.hpp"
 #include "core/plan/scene.hpp"
 #include "core/plan/test_cube_poses.hpp"
 #include "core/quality/iso9283.hpp"
@@ -43,7 +41,7 @@ struct RobotConfig {
 
 enum class RealtimePolicy { Require, Prefer, Off };
 
-/// Whether corrections go on by themselves when a controller that fell silent is back.
+/// Whether corrections continue by themselves when a controller that fell silent is back.
 enum class Rearm { Manual, Automatic };
 
 /// The correction stream and its bounds (design: safety of the stream).
@@ -62,9 +60,9 @@ struct StreamConfig {
   double limit_margin_deg = 1;  ///< kept from the joint limits
   double singularity_threshold_deg =
       20;  ///< angle between axes 4 and 6 below which orientation may be given up
-  /// Whose position is kept there, flange frame, where no measured tool is in force; none: the reflector's.
+  /// Whose position is kept there, flange frame, where no measured tool is in effect; none: the reflector's.
   std::optional<Eigen::Vector3d> p_FT_mm;
-  std::optional<int> tool;  ///< in force, by its number; none: the one that the controller says
+  std::optional<int> tool;  ///< in effect, by its number; none: the one that the controller says
   std::chrono::milliseconds ramp{1000};
 };
 
@@ -81,8 +79,8 @@ struct TrackerConfig {
   Endpoint address;
   std::string reflector;  ///< the tracker's own name of the SMR type; empty = the first
   std::chrono::milliseconds measure{2000};
-  /// After so long since it was found switched on, it is initialised anew at the next connection; 0: where it
-  /// says that it has warmed up.
+  /// The next connection initialises the tracker again when it has been switched on for this long. 0: only
+  /// when it reports that it has warmed up.
   std::chrono::minutes reinitialise_after{0};
   double first_search_radius_mm = 300;  ///< search radius before base and reflector are known
   double search_radius_mm = 30;         ///< afterwards
@@ -91,7 +89,8 @@ struct TrackerConfig {
       Eigen::Isometry3d::Identity();  ///< rough X_WB: where the base stands for the tracker
   TrackerNoiseModel noise{.range_mm = 0.01, .transverse_mm_per_m = 0.003};
   double max_std_mm = 0;  ///< of a measurement, by its own account; 0: several times the noise that is stated
-  /// Reflectors that stand beside the arm, roughly, in the tracker's frame: none, or at least three.
+  /// Nests: fixed reflectors near the arm, at approximate positions in the tracker's frame. None, or at least
+  /// three.
   std::vector<Eigen::Vector3d> nests_mm;
   std::optional<Air> air;  ///< that was entered; none: air_file's, or what the tracker knows by itself
   std::filesystem::path air_file;          ///< that a weather station keeps up to date; empty: none
@@ -140,7 +139,7 @@ struct CampaignConfig {
 
 /// How an ISO 9283 test is measured.
 struct Iso9283Config {
-  TestCubeWish cube;
+  TestCubeRequest cube;
   int cycles = kIso9283Cycles;
   bool variation = false;  ///< come to P1, P2 and P4 along the axes of the base too
 };
@@ -181,9 +180,9 @@ struct RecordingConfig {
   std::size_t max_mb = 500;  ///< of all recordings; the newest is kept in any case
 };
 
-/// What the flange carries while a tool of the controller is in force: its LOAD_DATA.
+/// What the flange carries while a tool of the controller is in effect: its LOAD_DATA.
 struct ToolLoad {
-  int tool = 0;  ///< its number; 0: none in force, or not known
+  int tool = 0;  ///< its number; 0: none in effect, or not known
   LinkMass payload;
 };
 
@@ -222,7 +221,7 @@ const ToolFile* tool_of(const CellConfig& cell, int number);
 /// Reads a cell file and every file that it names (relative to it). Throws ConfigError.
 CellConfig load_cell(const std::filesystem::path& file);
 
-/// What is in force, by the keys of the file: all that is set in `loads`, `stream`, `tracker`, `reflectors`,
+/// What is in effect, by the keys of the file: all that is set in `loads`, `stream`, `tracker`, `reflectors`,
 /// `campaign`, `calibration`, `iso9283` and `recording`, and a few of the other sections; without secrets.
 boost::json::object cell_json(const CellConfig& cell);
 

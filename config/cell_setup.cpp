@@ -126,19 +126,19 @@ std::expected<CorrectedArm, std::string> corrected_arm(const CellConfig& cell, c
     return CorrectedArm{model.robot, cell.stream.p_FT_mm.value_or(p_FS_mm)};
   }
   ToolFile by_controller = *tool;
-  if (X_FT && !has_orientation(*tool)) by_controller.X_told.linear() = X_FT->linear();
+  if (X_FT && !has_orientation(*tool)) by_controller.X_controller.linear() = X_FT->linear();
   const auto measured =
       tool_under({model, {}, {cell.tracker.noise, cell.robot.repeatability_mm}}, by_controller);
   if (!measured) return std::unexpected("tool " + std::to_string(tool->number) + ": " + measured.error());
-  const Eigen::Isometry3d& X_told = X_FT ? *X_FT : tool->X_told;
-  return CorrectedArm{with_tool(model.robot, measured->X, X_told), X_told.translation()};
+  const Eigen::Isometry3d& X_controller = X_FT ? *X_FT : tool->X_controller;
+  return CorrectedArm{with_tool(model.robot, measured->X, X_controller), X_controller.translation()};
 }
 
 std::string other_tool_data(const ToolFile& tool, const Eigen::Isometry3d& X_FT) {
   constexpr double kMost_mm = 0.02, kMost_deg = 0.002;  // of a REAL, typed with three decimals
-  const double mm = (X_FT.translation() - tool.X_told.translation()).norm();
+  const double mm = (X_FT.translation() - tool.X_controller.translation()).norm();
   const bool abc = has_orientation(tool);
-  const double deg = abc ? angle_between(X_FT.linear(), tool.X_told.linear()) * kDegPerRad : 0;
+  const double deg = abc ? angle_between(X_FT.linear(), tool.X_controller.linear()) * kDegPerRad : 0;
   if (mm <= kMost_mm && deg <= kMost_deg) return {};
   const std::string number = std::to_string(tool.number);
   return "the controller's frame of tool " + number + formatted(" is %.3f mm", mm) +

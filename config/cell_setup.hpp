@@ -28,8 +28,8 @@ PlanOptions plan_options(const CellConfig& cell, int poses);
 /// How the cell's campaigns identify.
 CalibrateOptions calibrate_options(const CellConfig& cell);
 
-/// Why campaign.identify_poses are too few, and what to give: they must yield more equations than the arm's
-/// geometry, its base and the reflector have parameters that can be told apart. Nothing where they do.
+/// Why campaign.identify_poses are too few, and what to set. The poses must yield more equations than the
+/// arm's geometry, its base and the reflector have identifiable parameters. Nothing if they do.
 std::optional<std::string> too_few_poses(const CellConfig& cell);
 
 /// How the cell's targets are compensated: as its stream does.
@@ -58,7 +58,7 @@ std::expected<CorrectedArm, std::string> corrected_arm(
 /// empty: it is that one, but for the decimals.
 std::string other_tool_data(const ToolFile& tool, const Eigen::Isometry3d& X_FT);
 
-/// What the flange carries with the controller's tool of this number in force, as the cell file says; null
+/// What the flange carries with the controller's tool of this number in effect, as the cell file says; null
 /// where it does not.
 const LinkMass* load_of(const CellConfig& cell, std::optional<int> tool);
 

@@ -13,9 +13,9 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(" \t") - first + 1));
 }
 
-/// Whether a quoted field goes on behind `line`. A quote opens a field only as its first character, and again
-/// directly behind the quote that closed it.
-/// @param is_open  whether one goes on into the line
+/// Whether a quoted field continues behind `line`. A quote opens a field only as its first character, and
+/// again directly behind the quote that closed it.
+/// @param is_open  whether one continues into the line
 bool is_open_behind(std::string_view line, bool is_open) {
   bool may_open = true;
   for (const char c : line) {

@@ -25,7 +25,7 @@ void layout(Io& io, ToolFile& x) {
   io("number", x.number, kFrameNumber);
   io("arm", x.arm);
   io.optional("serial", x.serial);
-  io("frame", x.X_told, KukaPose{});
+  io("frame", x.X_controller, KukaPose{});
   io("points", x.data.points);
   io("readings", x.data.readings);
 }
@@ -193,7 +193,7 @@ void write_frame_readings(std::ostream& out, const FrameReadings& data, const Ro
   }
 }
 
-Eigen::Isometry3d as_told(const Eigen::Isometry3d& X) {
+Eigen::Isometry3d rounded_for_controller(const Eigen::Isometry3d& X) {
   Eigen::Vector3d xyz_mm = X.translation(), abc_deg = kuka_abc_deg(X.linear());
   for (double& mm : xyz_mm) mm = rounded(mm, 1e4);
   for (double& deg : abc_deg) deg = rounded(deg, 1e5);
@@ -283,14 +283,14 @@ std::optional<MeasuringCell> measuring_cell(const ModelFile& model,
 }
 
 std::expected<MeasuredFrame, std::string> tool_under(const MeasuringCell& by, const ToolFile& tool) {
-  auto measured = tool_frame(tool.data, by, tool.X_told.linear());
+  auto measured = tool_frame(tool.data, by, tool.X_controller.linear());
   if (!measured) return measured;
   if (!measured->is_sound())
     return std::unexpected(std::string{measured->doubtful.empty() && !measured->is_contradictory()
                                            ? "its readings have base or tracker elsewhere than this model"
                                            : "its readings contradict each other under this model"} +
                            "; measure the tool again");
-  if (const std::string other = other_frame(tool.X_told, measured->X, kOfAnotherModel); !other.empty())
+  if (const std::string other = other_frame(tool.X_controller, measured->X, kOfAnotherModel); !other.empty())
     return std::unexpected(other + "; measure the tool again");
   return measured;
 }

@@ -17,10 +17,10 @@ struct ModelFile;
 /// A tool as it was measured. It keeps the readings, since what they say depends on the model: for another
 /// one it is reckoned again.
 struct ToolFile {
-  int number = 1;                                            ///< of TOOL_DATA
-  std::string arm;                                           ///< name of the nominal robot
-  std::string serial{};                                      ///< of the arm; empty: not known
-  Eigen::Isometry3d X_told = Eigen::Isometry3d::Identity();  ///< what the controller has in TOOL_DATA
+  int number = 1;                                                  ///< of TOOL_DATA
+  std::string arm;                                                 ///< name of the nominal robot
+  std::string serial{};                                            ///< of the arm; empty: not known
+  Eigen::Isometry3d X_controller = Eigen::Isometry3d::Identity();  ///< what the controller has in TOOL_DATA
   FrameReadings data;
 };
 
@@ -43,7 +43,7 @@ struct PlannedPoint {
   std::optional<Eigen::Vector3d> known_mm;  ///< its coordinates in the frame
 };
 
-/// Reads points to measure (CSV: point; x,y,z and px,py,pz where they are told). Either all have coordinates
+/// Reads points to measure (CSV: point; x,y,z and px,py,pz where they are given). Either all have coordinates
 /// of a kind, or none. Throws ConfigError.
 std::vector<PlannedPoint> load_points(const std::filesystem::path& file);
 
@@ -58,8 +58,8 @@ FrameReadings load_frame_readings(const std::filesystem::path& file, const Robot
 /// std::bad_optional_access otherwise.
 void write_frame_readings(std::ostream& out, const FrameReadings& data, const RobotModel& robot);
 
-/// The frame in the digits in which KUKA's numbers are told: 0.1 um and 0.00001 deg.
-Eigen::Isometry3d as_told(const Eigen::Isometry3d& X);
+/// The frame, rounded to the digits of KUKA's display: 0.1 um and 0.00001 deg.
+Eigen::Isometry3d rounded_for_controller(const Eigen::Isometry3d& X);
 
 /// Text of such a file, with its hash (sealed()).
 std::string tool_yaml(const ToolFile& tool);

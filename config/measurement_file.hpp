@@ -19,7 +19,7 @@ std::string joint_field(double q, const Joint& joint);
 std::vector<std::string> joint_column_names(std::string_view prefix, std::size_t count);
 std::vector<std::string> joint_column_names(std::string_view prefix, const RobotModel& robot);
 
-/// What a file of joint positions may tell beside them: how well each reaches its target.
+/// Further columns of a file of joint positions: how well each position reaches its target.
 inline const std::vector<std::string> kReachColumns{"residual_mm", "residual_deg", "sigma_mm"};
 
 /// Reads joint positions (CSV, columns q1..qN in deg or mm; kReachColumns are passed over). Throws

@@ -56,7 +56,7 @@ struct ModelFile {
 inline constexpr double kReproduced_mm = 1e-3;
 inline constexpr double kReproduced_deg = 1e-3;
 
-/// Whether the arm bends under what it carries, and nobody says what that is.
+/// Whether the arm bends under its payload, and the payload is not stated.
 bool is_payload_open(const ModelFile& model);
 
 /// The points of a calibration that it was validated on.

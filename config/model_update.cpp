@@ -19,7 +19,7 @@ ModelFile at_temperatures(ModelFile model, std::span<const double> temperature_c
 namespace {
 
 /// Values and standard deviations of the parameters that are another now.
-void tell_parameters(ModelFile& model) {
+void update_parameters(ModelFile& model) {
   const std::vector<std::string> names = parameter_names(model.cell);
   const Eigen::VectorXd values = parameter_values(model.cell);
   for (IdentifiedParameter& parameter : model.parameters) {
@@ -38,14 +38,14 @@ ModelFile seen_from(ModelFile model, const Eigen::Isometry3d& X_now_first) {
   model.cell.base = BasePose::of(X_now_first * model.cell.base.isometry());
   for (ValidationPoint& point : model.validation) point.p_WS_mm = X_now_first * point.p_WS_mm;
   if (model.covariance.size() > 0) {
-    // Position and turn of the base are told along the tracker's axes.
+    // Position and rotation of the base are given along the tracker's axes.
     const Eigen::Matrix3d R = X_now_first.linear();
     for (const Eigen::Index block : {0, 3}) {
       model.covariance.middleRows<3>(block) = (R * model.covariance.middleRows<3>(block)).eval();
       model.covariance.middleCols<3>(block) = (model.covariance.middleCols<3>(block) * R.transpose()).eval();
     }
   }
-  tell_parameters(model);
+  update_parameters(model);
   return model;
 }
 
@@ -59,7 +59,7 @@ ModelFile updated_model(const ModelFile& old, const DriftUpdate& update, std::st
   model.validation_mean_mm = update.left_out_mm;
   model.validation.clear();
   model.largest_correction_deg = 0;
-  tell_parameters(model);
+  update_parameters(model);
   return model;
 }
 

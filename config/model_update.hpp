@@ -15,7 +15,7 @@ namespace truepose::config {
 /// @param temperature_c  one a joint
 ModelFile at_temperatures(ModelFile model, std::span<const double> temperature_c);
 
-/// A model brought up to date, beside the old one, which it names.
+/// An updated model. The old model stays; the new one names it.
 ///
 /// What it says of its validation is how well the points that it was updated by are predicted, each by the
 /// others alone.

@@ -9,14 +9,13 @@
 
 namespace truepose::config {
 
-/// A positioner beside an arm, and the workpiece on it: all that it takes to send the arm's TCP to the
-/// workpiece. As a tool's file it keeps the readings of the workpiece, and the table by which they are
-/// reckoned.
+/// A positioner, and the workpiece on it: all that it takes to send the arm's TCP to the workpiece. As a
+/// tool's file it keeps the readings of the workpiece, and the table by which they are reckoned.
 struct PositionerFile {
   int number = 2;                                          ///< of MACHINE_DEF
   std::string arm;                                         ///< name of the nominal robot
   std::string model;                                       ///< when the arm's model was made, RFC 3339
-  Eigen::Isometry3d X_BR = Eigen::Isometry3d::Identity();  ///< what the controller is told of ROOT
+  Eigen::Isometry3d X_BR = Eigen::Isometry3d::Identity();  ///< value of ROOT for the controller
   ModelFile table;          ///< calibrated from the station of the tracker that the arm's base is seen from
   FrameReadings workpiece;  ///< of points on the table, q its joints
 };

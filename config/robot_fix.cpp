@@ -143,21 +143,21 @@ std::string robot_place(const std::filesystem::path& file, int joint, std::strin
   return joint < 0 ? joints->where() : row.where();
 }
 
-std::string mended_robot_text(const std::filesystem::path& file, const RobotModel& mended) {
+std::string fixed_robot_text(const std::filesystem::path& file, const RobotModel& fixed) {
   const std::string text = read_text_file(file, kMostBytesOfYaml);
   const RobotModel given = parse_robot(text, file.string());
   const YamlValue root = parse_yaml(text, file.string());
   Edits edits(text);
   const std::vector<YamlValue>& rows = root.find("joints")->list();
-  for (std::size_t i = 0; i < rows.size(); ++i) change(edits, rows[i], given.joints[i], mended.joints[i]);
+  for (std::size_t i = 0; i < rows.size(); ++i) change(edits, rows[i], given.joints[i], fixed.joints[i]);
   if (const YamlValue* flange = root.find("flange")) {
-    change(edits, *flange, given.X_flange, mended.X_flange);
-  } else if (!given.X_flange.isApprox(mended.X_flange, kStep)) {
-    edits.insert_line(nullptr, flange_text(mended.X_flange));
+    change(edits, *flange, given.X_flange, fixed.X_flange);
+  } else if (!given.X_flange.isApprox(fixed.X_flange, kStep)) {
+    edits.insert_line(nullptr, flange_text(fixed.X_flange));
   }
-  change_couplings(edits, root, given, mended);
+  change_couplings(edits, root, given, fixed);
   std::string edited = edits.text();
-  if (!is_same(parse_robot(edited, file.string()), mended)) {
+  if (!is_same(parse_robot(edited, file.string()), fixed)) {
     throw ConfigError(file.string() +
                       ": cannot be changed in place: write out what it says by aliases, then try again");
   }

@@ -14,12 +14,12 @@ namespace truepose::config {
 /// @param joint  from 0; -1: `key` is one of the file's own, or of every joint: then that of the first
 std::string robot_place(const std::filesystem::path& file, int joint, std::string_view key);
 
-/// The text of a robot file with the geometry of `mended` in place of its own: only numbers that differ are
-/// written, all else stays as it stands.
+/// The text of a robot file with the geometry of `fixed`. Only numbers that differ are written; all else is
+/// unchanged.
 ///
-/// @param mended  of as many joints
+/// @param fixed  of as many joints
 /// Throws ConfigError where the file cannot be read, or says things so (by aliases) that changing numbers in
-/// place does not give `mended`.
-std::string mended_robot_text(const std::filesystem::path& file, const RobotModel& mended);
+/// place does not give `fixed`.
+std::string fixed_robot_text(const std::filesystem::path& file, const RobotModel& fixed);
 
 }  // namespace truepose::config

@@ -46,8 +46,8 @@ struct ScenarioFault {
     RsiLate,            ///< each datagram of the controller comes a cycle late
     RsiCorrupt,         ///< a byte of each is another one
     RsiReorder,         ///< of two datagrams the later one comes first
-    RsiSilence,         ///< the controller sends nothing, keeps what is in force, and its clock goes on
-    RsiRestart,         ///< RSI is off, and then on with nothing in force, from another port
+    RsiSilence,         ///< the controller sends nothing, keeps what is in effect, and its clock continues
+    RsiRestart,         ///< RSI is off, and then on with nothing in effect, from another port
     RsiIpoc,            ///< the time stamp jumps by `ipoc_by`
     RsiIgnore,          ///< replies are taken and move nothing
     RsiSecondSender,    ///< a controller of the same kind sends to the same port of the PC
@@ -92,10 +92,9 @@ struct SixDTarget {
 struct Scenario {
   RobotModel nominal;         ///< what the controller believes
   RobotModel truth;           ///< how the arm really is
-  NonGeometricErrors drives;  ///< and what its joints do besides
+  NonGeometricErrors drives;  ///< other errors of its joints
   WarmUp warm_up;             ///< and what becomes of it from the start of the simulator, in scaled time
-  double repeatability_mm =
-      0.0166;  ///< standard deviation per axis of the reflector, drawn anew at each stop
+  double repeatability_mm = 0.0166;  ///< standard deviation per axis of the reflector, drawn at each stop
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_FS_mm{0, 0, 0};
   Eigen::Vector3d facing_F{0, 0, 1};

@@ -30,7 +30,7 @@ struct TargetRules {
 };
 
 /// Targets from CSV, one at a time: q1..qN (kReachColumns are passed over), or x,y,z,a,b,c with KUKA's status
-/// and turn (s,t) where they are told, or x,y,z alone; with a table e1..eN of it. Throws ConfigError naming
+/// and turn (s,t) where they are given, or x,y,z alone; with a table e1..eN of it. Throws ConfigError naming
 /// file, row and column.
 class TargetReader {
  public:

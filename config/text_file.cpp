@@ -94,41 +94,41 @@ UnfinishedFile::UnfinishedFile(const std::filesystem::path& path) : path_(path) 
   if (!is_there || std::filesystem::is_regular_file(path, ignored)) {
     // Of a link the file is replaced, and not the link.
     if (is_there) path_ = std::filesystem::canonical(path, ignored);
-    beside_ = path_.string() + "." + std::to_string(getpid());
+    temporary_ = path_.string() + "." + std::to_string(getpid());
   }
   errno = 0;
-  if (beside_.empty()) {
+  if (temporary_.empty()) {
     out_.open(path_, std::ios::binary | std::ios::trunc);
   } else {
     // A new file: a link that another program has put there is not followed.
-    std::filesystem::remove(beside_, ignored);
-    out_.open(beside_, std::ios::binary | std::ios::noreplace);
+    std::filesystem::remove(temporary_, ignored);
+    out_.open(temporary_, std::ios::binary | std::ios::noreplace);
   }
   if (!out_) fail();
-  if (!beside_.empty() && is_there) {
+  if (!temporary_.empty() && is_there) {
     // No more open than the one that it replaces, nor than any that is made here.
     using std::filesystem::status;
-    std::filesystem::permissions(beside_, status(path_).permissions() & status(beside_).permissions());
+    std::filesystem::permissions(temporary_, status(path_).permissions() & status(temporary_).permissions());
   }
 }
 
 UnfinishedFile::~UnfinishedFile() {
   std::error_code ignored;
-  if (!beside_.empty()) std::filesystem::remove(beside_, ignored);
+  if (!temporary_.empty()) std::filesystem::remove(temporary_, ignored);
 }
 
 void UnfinishedFile::close() {
   if (out_) errno = 0;  // else it says why the writing failed
   out_.close();
-  if (!out_ || (!beside_.empty() && !synced(beside_))) fail();
+  if (!out_ || (!temporary_.empty() && !synced(temporary_))) fail();
 }
 
 void UnfinishedFile::take_place() {
-  if (beside_.empty()) return;
+  if (temporary_.empty()) return;
   std::error_code error;
-  std::filesystem::rename(beside_, path_, error);
+  std::filesystem::rename(temporary_, path_, error);
   if (error) throw ConfigError(path_.string() + ": cannot be written: " + error.message());
-  beside_.clear();
+  temporary_.clear();
   if (!synced(folder_of(path_))) fail();
 }
 

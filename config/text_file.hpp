@@ -45,10 +45,10 @@ std::filesystem::path folder_of(const std::filesystem::path& file);
 /// Puts a file, or the names in a folder, on the disk. @return false with errno where that fails
 bool synced(const std::filesystem::path& path);
 
-/// A file that takes its place, or replaces the one there, only once it is written in full and on the disk:
-/// until then it lies beside it under another name, and goes away if it is given up. One that replaces
-/// another is readable by nobody whom that kept out. What is no file (a pipe, a terminal) is written to as it
-/// is. Every function throws ConfigError where it fails.
+/// A file that is created, or replaces an existing one, only after all of it is written and synced. Until
+/// then the text is in a temporary file in the same folder, which is removed if the file is given up. It gets
+/// no more permissions than the replaced file had. A pipe or a terminal is written to directly. Every
+/// function throws ConfigError where it fails.
 class UnfinishedFile {
  public:
   explicit UnfinishedFile(const std::filesystem::path& path);
@@ -65,7 +65,7 @@ class UnfinishedFile {
  private:
   [[noreturn]] void fail() const;
 
-  std::filesystem::path path_, beside_;  // beside_: empty where there is nothing to clean up
+  std::filesystem::path path_, temporary_;  // temporary_: empty if there is nothing to clean up
   std::ofstream out_;
 };
 
@@ -75,8 +75,8 @@ struct TextFile {
   std::string text;
 };
 
-/// Writes files that belong together: none of them appears, or is replaced, before all are written in full
-/// beside their places. Throws ConfigError.
+/// Writes files that belong together: none of them appears, or is replaced, before all are written in full to
+/// temporary files in their folders. Throws ConfigError.
 void write_together(const std::vector<TextFile>& files);
 
 }  // namespace truepose::config

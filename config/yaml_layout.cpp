@@ -64,18 +64,9 @@ YamlText record_text(const Members& members) {
 }
 
 /// Writes a value of YAML. Each value under way collects what stands in it.
-class YamlWriter final : public Io {
+class YamlWriter final : public WriteIo {
  public:
   std::string text() const { return open_.front().value.text; }
-
-  bool reads() const override { return false; }
-  bool has(std::string_view, bool there) const override { return there; }
-  [[noreturn]] void fail(const std::string&) const override { std::abort(); }
-  [[noreturn]] void fail_at(std::string_view, const std::string&) const override { std::abort(); }
-  [[noreturn]] void fail_at(std::string_view, std::size_t, const std::string&) const override {
-    std::abort();
-  }
-  void require(std::string_view) const override {}
 
  private:
   struct Open {
@@ -97,12 +88,9 @@ class YamlWriter final : public Io {
     open_.pop_back();
     open_.back().members.emplace_back(std::move(done.key), std::move(done.value));
   }
-  void begin_record(const std::function<void(Io&)>&) override {}
   void end_record() override { top() = record_text(open_.back().members); }
-  std::size_t begin_list(std::size_t size) override { return size; }
   void enter_element(std::size_t) override { open_.emplace_back(); }
   void end_list() override { top() = list_text(open_.back().members); }
-  std::size_t begin_members(std::size_t size) override { return size; }
   std::string enter_member(std::size_t, std::string_view key) override {
     open_.push_back({std::string{key}, {}, {}});
     return {};
@@ -116,7 +104,6 @@ class YamlWriter final : public Io {
   void text(std::string& x, bool) override { top() = quoted_text(x); }
   void file(std::filesystem::path& x) override { top() = quoted_text(x.string()); }
   void write_word(std::string_view word) override { top() = {std::string{word}, true}; }
-  std::string read_word(const std::vector<std::string_view>&) override { std::abort(); }
 
   YamlText& top() { return open_.back().value; }
 

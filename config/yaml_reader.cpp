@@ -73,7 +73,7 @@ class YamlTree::Builder : public YAML::EventHandler {
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    // The parser leaves a comma where it stands and goes on with a next document, for ever.
+    // The parser leaves a comma where it stands and continues with a next document, for ever.
     const auto position = static_cast<std::size_t>(mark.pos);
     if (open_.empty() && position < text_.size() && text_[position] == ',')
       throw ConfigError(yaml_place(file_, mark) + "not valid YAML: a comma in place of a value");
@@ -99,7 +99,7 @@ class YamlTree::Builder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark&, YAML::anchor_t anchor) override { attach(*anchored_.at(anchor)); }
 
  private:
-  /// What is read here is told to clients as JSON, which can hold nothing else.
+  /// Clients get these values as JSON, which holds nothing but UTF-8.
   void expect_utf8(std::string_view value, const YAML::Mark& mark) const {
     while (!value.empty()) {
       const std::string_view here = value;

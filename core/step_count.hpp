@@ -5,8 +5,7 @@
 
 namespace truepose {
 
-/// Where this thread counts the steps of what it computes, for whoever watches that it goes on; nowhere by
-/// default.
+/// Where this thread counts the steps of its computation, for a watchdog; nowhere by default.
 ///
 /// A thread's own rather than an argument: dozens of functions would pass it on that do not step themselves.
 inline thread_local std::atomic<std::uint64_t>* step_count = nullptr;

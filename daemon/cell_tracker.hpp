@@ -14,6 +14,6 @@ namespace truepose::daemon {
 std::unique_ptr<drivers::TimedTracker> cell_tracker(const config::TrackerConfig& config,
                                                     boost::asio::any_io_executor executor,
                                                     drivers::Clock& clock,
-                                                    drivers::WireTap tap = drivers::kNobodyHears);
+                                                    drivers::WireTap tap = drivers::kNullTap);
 
 }  // namespace truepose::daemon

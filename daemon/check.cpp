@@ -56,8 +56,8 @@ bool is_of_this_machine(const ip::address_v4& address) {
   return !error;
 }
 
-/// Whether the controller's datagrams and the daemon's socket meet: IP_NUMBER and PORT of its configuration
-/// beside stream.listen and what this machine has.
+/// Whether the controller's datagrams and the daemon's socket meet: compares IP_NUMBER and PORT of its
+/// configuration with stream.listen and this machine's addresses.
 std::vector<CheckFinding> check_stream_address(const config::StreamConfig& stream,
                                                const rsi::EthernetConfig& ethernet) {
   const std::string file = stream.ethernet_xml.string();

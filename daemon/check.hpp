@@ -13,7 +13,7 @@ struct CheckFinding {
   enum class Level { Good, Warning, Failure };
   Level level;
   std::string text;       ///< one line: what, where, and what to do about it
-  bool may_pass = false;  ///< by itself: a clock that is wrong at boot is put right
+  bool may_pass = false;  ///< by itself: a clock that is wrong at boot is corrected
 };
 
 /// Looks at everything that a cell's configuration names beyond itself. Changes nothing.

@@ -266,7 +266,7 @@ class Daemon {
     return {first, first + kEventNumbers, [this] { ask_for_numbers(); }};
   }
 
-  /// Nobody else touches the store any more.
+  /// Nothing else uses the store any more.
   void keep_last_events() {
     const EventBatch all = events_.unwritten(EventBus::kMostUnwritten);
     const auto kept = store_.end_events(all);
@@ -295,8 +295,7 @@ class Daemon {
 
   asio::awaitable<void> live() {
     co_await load();
-    // Only now that the cell knows what its store holds: whoever waits would be told of a cell without a
-    // model.
+    // Only after the store is loaded: a waiting client would see a cell without a model.
     server_->serve();
     if (web_) web_->serve();
     bool watching = true;
@@ -310,7 +309,7 @@ class Daemon {
     const std::string status = listening();
     log_info("ready: " + status);
     if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
-    tell_ready(status);
+    notify_ready(status);
     asio::co_spawn(io_, feed_watchdog(), asio::bind_cancellation_slot(stop_feeding_.slot(), asio::detached));
     asio::co_spawn(io_, keeper_.run(), asio::bind_cancellation_slot(stop_keeping_.slot(), asio::detached));
 
@@ -321,7 +320,7 @@ class Daemon {
     link_.reset();
   }
 
-  /// The cell takes from its store what was in force when the daemon ended.
+  /// The cell takes from its store what was in effect when the daemon ended.
   asio::awaitable<void> load() {
     auto tools = co_await cell_.load_tools();
     if (!tools) log_error("the tools in use cannot be read: " + tools.error().detail);
@@ -343,7 +342,7 @@ class Daemon {
 
   asio::awaitable<void> stop() {
     stopping_ = true;
-    tell_stopping();
+    notify_stopping();
     log_info("stopping");
     co_await cell_.shut_down();
     if (web_) web_->stop();
@@ -358,14 +357,15 @@ class Daemon {
   asio::awaitable<void> feed_watchdog() {
     const auto period = watchdog_period();
     const std::chrono::microseconds pause = period ? *period / 4 : kLookAtThreads;
-    bool told = false;
+    bool reported = false;
     while (true) {
       const auto stuck = watchdog_.stuck(clock_.now());
-      if (!stuck && period) tell_alive();  // unasked it would fill the socket of a manager that does not read
-      if (stuck && !told)
+      if (!stuck && period)
+        notify_watchdog();  // unasked it would fill the socket of a manager that does not read
+      if (stuck && !reported)
         log_error("the " + *stuck + " thread stands still" +
                   (period ? "; unless it continues, systemd restarts the service" : ""));
-      told = stuck.has_value();
+      reported = stuck.has_value();
       const drivers::TimePoint next = clock_.now() + pause;
       co_await clock_.sleep_until(next);
     }

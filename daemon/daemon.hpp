@@ -13,7 +13,7 @@ class StartError : public std::runtime_error {
  public:
   explicit StartError(const std::string& sentence, bool may_pass = false)
       : std::runtime_error{sentence}, may_pass_{may_pass} {}
-  /// Waiting may help: an address that is not there yet, a port that somebody has, a full disk.
+  /// Waiting may help: an address that is not there yet, a port in use, a full disk.
   bool may_pass() const { return may_pass_; }
 
  private:

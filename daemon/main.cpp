@@ -26,7 +26,7 @@ using config::UsageError;
 using truepose::daemon::CheckFinding;
 
 constexpr int kFailed = 1;
-constexpr int kBadInput = 2;     // the unit does not try again: a person has to mend it
+constexpr int kBadInput = 2;     // the unit does not restart: the operator has to fix it
 constexpr int kNotThereYet = 3;  // the unit tries again: an address, a port, room on the disk, the time
 
 constexpr const char* kHelp =
@@ -67,8 +67,8 @@ std::string sentence_of(const std::exception& error) {
   return error.what();
 }
 
-/// Why the daemon cannot start: what a person has to mend before what may pass; null: nothing stands against
-/// it.
+/// Why the daemon cannot start: a failure for the operator to fix before one that may pass. Null: it can
+/// start.
 const CheckFinding* first_failure(const std::vector<CheckFinding>& findings) {
   const CheckFinding* first = nullptr;
   for (const CheckFinding& finding : findings) {
@@ -130,8 +130,8 @@ std::optional<Arguments> read_arguments(int argc, char** argv) {
   return arguments;
 }
 
-/// Ends of a process that leave a correction in force, for reasons that are none: a log that nobody reads any
-/// more or that has grown to its limit, and signals that mean nothing here.
+/// Ends of a process that leave a correction in effect, for reasons that are none: a log that nobody reads
+/// any more or that has grown to its limit, and signals that mean nothing here.
 void ignore_signals() {
   for (const int ignored : {SIGPIPE, SIGXFSZ, SIGUSR1, SIGUSR2}) ::signal(ignored, SIG_IGN);
 }

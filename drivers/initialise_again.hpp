@@ -16,7 +16,7 @@ class InitialiseAgain {
   /// @param after  0: where it says so alone
   InitialiseAgain(const Clock& clock, std::chrono::minutes after) : clock_{clock}, after_{after} {}
 
-  /// It was not initialised when it was connected: somebody has just switched it on.
+  /// It was not initialised when it was connected: it has just been switched on.
   void found_cold() { cold_since_ = clock_.now(); }
   /// It says so.
   void has_warmed_up() { warmed_up_ = true; }

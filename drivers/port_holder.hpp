@@ -12,7 +12,7 @@ enum class Protocol { Tcp, Udp };
 /// in another container" where we may and find none, or "an unknown process" where the port is free by now.
 std::string port_holder(Protocol protocol, std::uint16_t port);
 
-/// Whether anybody has it, at whatever address.
+/// Whether a program has it, at any address.
 bool is_held(Protocol protocol, std::uint16_t port);
 
 }  // namespace truepose::drivers

@@ -26,7 +26,7 @@ inline constexpr std::array kRobotFaults{
     RobotFault::Unreachable, RobotFault::Timeout, RobotFault::Disconnected, RobotFault::Protocol,
     RobotFault::Refused,     RobotFault::Aborted, RobotFault::NotReady};
 
-/// Whether the connection has to be made anew.
+/// Whether a new connection is needed.
 constexpr bool is_lost(RobotFault fault) {
   return fault == RobotFault::Unreachable || fault == RobotFault::Timeout ||
          fault == RobotFault::Disconnected || fault == RobotFault::Protocol;
@@ -55,11 +55,12 @@ struct RobotState {
   std::string program;  ///< of the robot interpreter: "free", "reset", "active", "stopped" or "ended"
   bool emergency_stop = false;
   bool gate_open = false;
-  std::optional<int> tool;  ///< number of the program's tool; none: not told, or none is in force
-  /// In force, X Y Z in mm and A B C in deg, and the mass of $LOAD; none: not told, or none is in force.
+  std::optional<int> tool;  ///< number of the program's tool; none: not reported, or no tool is active
+  /// The active ones: X Y Z in mm and A B C in deg, and the mass of $LOAD. None: not reported, or none is
+  /// active.
   std::optional<std::array<double, 6>> tool_frame, base_frame;
   std::optional<double> load_kg;
-  std::optional<std::string> serial;  ///< number of the arm; none: not told
+  std::optional<std::string> serial;  ///< number of the arm; none: not reported
 };
 
 /// Why the robot is not ready and the way out: "robot: emergency stop: release it, ..".
@@ -81,7 +82,7 @@ class Robot {
   virtual ~Robot() = default;
   virtual boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> connect(TimePoint deadline) = 0;
   virtual boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) = 0;
-  /// The same without connect(), of a controller that works for somebody else: nothing is released, and
+  /// The same without connect(), of a controller that works for another client: nothing is released, and
   /// nothing can be moved. What it opens stays open until disconnect().
   virtual boost::asio::awaitable<std::expected<RobotState, RobotError>> look(TimePoint deadline) = 0;
   /// Moves and waits until the arm stands and has settled. A repeat after a lost connection is safe.

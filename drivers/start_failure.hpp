@@ -7,7 +7,7 @@ namespace truepose::drivers {
 
 /// Why something that listens, or a file, could not be taken at the start.
 struct StartFailure {
-  // Converts from the sentence: most failures are mistakes, which only a person can mend.
+  // Converts from the sentence: most failures are mistakes, which the operator has to fix.
   StartFailure(std::string sentence, bool passes = false) : text{std::move(sentence)}, may_pass{passes} {}
 
   std::string text;       ///< one sentence

@@ -11,8 +11,8 @@
 namespace truepose::drivers {
 
 /// What a driver does with its tracker, without deadlines: the calls of Tracker, and inspect() of
-/// TimedTracker. Where a call is cancelled it leaves the dialogue in a state from which the next one goes on,
-/// or the connection closed.
+/// TimedTracker. Where a call is cancelled it leaves the dialogue in a state from which the next one
+/// continues, or the connection closed.
 class TrackerDialogue {
  public:
   virtual ~TrackerDialogue() = default;

@@ -29,7 +29,7 @@ inline constexpr std::array kTrackerFaults{
     TrackerFault::Protocol,    TrackerFault::NotReady, TrackerFault::NoTarget,
     TrackerFault::BeamBroken,  TrackerFault::Busy,     TrackerFault::Refused};
 
-/// Whether the connection has to be made anew.
+/// Whether a new connection is needed.
 constexpr bool is_lost(TrackerFault fault) {
   return fault == TrackerFault::Unreachable || fault == TrackerFault::Timeout ||
          fault == TrackerFault::Disconnected || fault == TrackerFault::Protocol;

@@ -16,7 +16,7 @@ std::string text_of(const std::filesystem::path& file);
 class Process {
  public:
   /// @param folder       keeps what it says, in NAME.out and NAME.err; outlives the process
-  /// @param environment  "NAME=value" each, besides our own
+  /// @param environment  "NAME=value" each, in addition to our own
   Process(const std::filesystem::path& folder, const std::string& name, std::vector<std::string> arguments,
           std::vector<std::string> environment = {});
   ~Process();

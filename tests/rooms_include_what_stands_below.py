@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Fails where a file includes one of a folder that its own does not stand on, where a folder claims to stand on one that
-it does not use, and where a file beside the rooms is in none.
+it does not use, and where a file is in no room.
 
     rooms_include_what_stands_below.py ROOT
 

@@ -35,8 +35,8 @@ const json::value& named(const json::array& list, const char* key, const std::st
   return *found;
 }
 
-/// A schema beside openrpc.json.
-const json::value& beside(const std::string& name) {
+/// A schema in the folder of openrpc.json.
+const json::value& sibling_schema(const std::string& name) {
   static std::map<std::string, json::value> files;
   const auto [file, is_new] = files.try_emplace(name);
   if (is_new)
@@ -61,7 +61,7 @@ std::vector<std::string> SchemaCheck::of(const json::value& home, const json::va
   if (const json::value* reference = rule("$ref")) {
     const std::string text{reference->as_string()};
     const std::size_t pointer = text.find('#');
-    const json::value& other = pointer == 0 ? home : beside(text.substr(0, pointer));
+    const json::value& other = pointer == 0 ? home : sibling_schema(text.substr(0, pointer));
     return of(other, pointer == std::string::npos ? other : other.at_pointer(text.substr(pointer + 1)), value,
               where);
   }

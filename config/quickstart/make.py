@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the quickstart data anew: a simulated KR 210 with the errors of Table 2 of the method's paper, measured by a simulated tracker.
+"""Makes the quickstart data: a simulated KR 210 with the errors of Table 2 of the method's paper, measured by a simulated tracker.
 
     make.py BIN    BIN: the folder of the program truepose
 

@@ -21,7 +21,7 @@ void turn(double* a, double* b, double angle_rad) {
 }
 
 /// X times link_transform(), by its turns and shifts one after the other: most joints have no beta.
-void go_along(const Joint& joint, double q, Eigen::Isometry3d& X) {
+void apply_joint(const Joint& joint, double q, Eigen::Isometry3d& X) {
   const bool revolute = joint.type == JointType::Revolute;
   const double theta = joint.theta_rad + (revolute ? joint.sign * q : 0.0);
   const double d = joint.d_mm + (revolute ? 0.0 : joint.sign * q);
@@ -39,7 +39,7 @@ void go_along(const Joint& joint, double q, Eigen::Isometry3d& X) {
 
 Eigen::Isometry3d link_transform(const Joint& joint, double q) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  go_along(joint, q, T);
+  apply_joint(joint, q, T);
   return T;
 }
 
@@ -54,7 +54,7 @@ void link_frames(std::span<const Joint> joints, std::span<const JointCoupling> c
   X_B[0] = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < joints.size(); ++i) {
     X_B[i + 1] = X_B[i];
-    go_along(joints[i], q_chain[static_cast<Eigen::Index>(i)], X_B[i + 1]);
+    apply_joint(joints[i], q_chain[static_cast<Eigen::Index>(i)], X_B[i + 1]);
   }
 }
 
@@ -77,7 +77,7 @@ Eigen::Isometry3d forward_kinematics(const RobotModel& robot, const JointVector&
   const JointVector q_chain = chain_joints(robot.coupling, joints);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    go_along(robot.joints[i], q_chain[static_cast<Eigen::Index>(i)], X);
+    apply_joint(robot.joints[i], q_chain[static_cast<Eigen::Index>(i)], X);
   }
   return displaced(robot, q, joints, X * robot.X_flange);
 }

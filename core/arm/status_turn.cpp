@@ -149,12 +149,12 @@ std::optional<JointVector> StatusTurnInverse::turned(JointVector q, std::optiona
 std::expected<JointVector, std::string> StatusTurnInverse::solve(
     const Eigen::Isometry3d& X_BF, std::optional<int> status, std::optional<int> turn,
     const std::optional<JointVector>& near) const {
-  const bool is_told = status && turn;
-  if (!is_told && !near)
+  const bool has_status_and_turn = status && turn;
+  if (!has_status_and_turn && !near)
     return std::unexpected("S and T are not both given, and where the arm comes from is not known");
-  // In the wrist singularity the controller puts A4 to 0, unless told otherwise ($SINGUL_POS).
-  // Without a status the turn may leave several: then the nearest to where the arm comes from.
-  const bool is_decided = is_told && closed_form_;
+  // In the wrist singularity the controller puts A4 to 0, unless $SINGUL_POS says otherwise. Without a status
+  // the turn may leave several: then the nearest to where the arm comes from.
+  const bool is_decided = has_status_and_turn && closed_form_;
   const JointVector reference = is_decided || !near ? JointVector(JointVector::Zero(6)) : *near;
   const std::vector<JointVector> solutions = all(X_BF, reference);
   if (solutions.empty()) return std::unexpected("the position is out of the arm's reach");

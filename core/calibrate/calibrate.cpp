@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "core/calibrate/identification.hpp"
-#include "core/calibrate/screening.hpp"
+#include "core/calibrate/outlier_rejection.hpp"
+#include "core/calibrate/quick_check.hpp"
 #include "core/calibrate/summary.hpp"
 #include "core/calibrate/thermal_stage.hpp"
 #include "core/calibrate/transfer_beyond.hpp"
-#include "core/calibrate/unsuspicious.hpp"
 #include "core/data/calibrated_cell.hpp"
 #include "core/data/carried_payload.hpp"
 #include "core/diagnosis/model_sanity.hpp"
@@ -20,7 +20,7 @@ namespace truepose {
 namespace {
 
 constexpr int kFewestPoses = 5;
-constexpr double kMostScreened = 0.25;  // of the points to identify
+constexpr double kMaxRejectedShare = 0.25;  // of the points to identify
 constexpr int kThermalRounds = 2;
 
 /// What keeps the points from being identified from at all.
@@ -32,7 +32,7 @@ std::optional<CalibrationError> unusable(const RobotModel& nominal, const Measur
         !point.orientation || (point.orientation->R_WT.allFinite() && point.orientation->sigma_rad > 0);
     if (point.q.size() == nominal.joint_count() && point.q.allFinite() && point.p_WS_mm.allFinite() && turned)
       continue;
-    return CalibrationError{CalibrationFault::NotFinite, told_of(data, point.station) + "row " +
+    return CalibrationError{CalibrationFault::NotFinite, station_prefix(data, point.station) + "row " +
                                                              std::to_string(point.row) +
                                                              " holds a number that is not finite"};
   }
@@ -67,42 +67,45 @@ std::optional<CalibrationError> wrong_model(const RobotModel& nominal, const Mea
                                             int jobs) {
   const int stations = data.station_count();
   for (int s = 0; s < stations; ++s) {
-    auto suspicion = suspect(nominal, stations > 1 ? of_station(data, s) : data, jobs);
-    if (!suspicion) continue;
-    suspicion->station = s;
-    return CalibrationError{CalibrationFault::WrongModel, told_of(data, s) + in_words(*suspicion), suspicion};
+    auto cause = diagnose_files(nominal, stations > 1 ? of_station(data, s) : data, jobs);
+    if (!cause) continue;
+    cause->station = s;
+    return CalibrationError{CalibrationFault::WrongModel, station_prefix(data, s) + in_words(*cause), cause};
   }
   return std::nullopt;
 }
 
 /// Nothing is taken from the identification where it would be more than a few points: what most of them
 /// contradict is the model, or the campaign.
-Screened screened(const RobotModel& nominal, const MeasurementData& data, const CalibrateOptions& options) {
-  Screened gross;
-  if (options.loss != Loss::OutlierRejection) return gross;
-  for (const RejectedPoint& point : gross_errors(nominal, data, options)) {
+RejectedPoints reject_outliers(const RobotModel& nominal, const MeasurementData& data,
+                               const CalibrateOptions& options) {
+  RejectedPoints outliers;
+  if (options.loss != Loss::OutlierRejection) return outliers;
+  for (const RejectedPoint& point : find_outliers(nominal, data, options)) {
     const bool identifies = data.points[point.point].set == PoseSet::Identify;
-    (identifies ? gross.to_identify : gross.to_validate).push_back(point);
+    (identifies ? outliers.to_identify : outliers.to_validate).push_back(point);
   }
   const auto all = static_cast<double>(points_of(data, PoseSet::Identify).size());
-  if (static_cast<double>(gross.to_identify.size()) > kMostScreened * all) gross.to_identify.clear();
-  return gross;
+  if (static_cast<double>(outliers.to_identify.size()) > kMaxRejectedShare * all)
+    outliers.to_identify.clear();
+  return outliers;
 }
 
 /// An identification up to its residual field.
 struct Identified {
   Identification id;
-  Screened gross;  ///< what it was made without
+  RejectedPoints outliers;  ///< what it was made without
 };
 
 /// Geometry and deviations from the points that are not screened out.
 std::expected<Identified, CalibrationError> identified(const RobotModel& nominal, const MeasurementData& data,
-                                                       const CalibrateOptions& options, Screened gross) {
-  Identification id(nominal, without(gross.to_identify, data), options);
+                                                       const CalibrateOptions& options,
+                                                       RejectedPoints outliers) {
+  Identification id(nominal, without(outliers.to_identify, data), options);
   if (auto error = fit_base_and_reflectors(id)) return std::unexpected(*error);
   if (auto error = fit_geometry(id)) return std::unexpected(*error);
   if (auto error = fit_deviations(id)) return std::unexpected(*error);
-  return Identified{std::move(id), std::move(gross)};
+  return Identified{std::move(id), std::move(outliers)};
 }
 
 /// From all points, where a plain fit agrees with them all.
@@ -110,7 +113,7 @@ std::optional<std::expected<Identified, CalibrationError>> identified_from_all(
     const RobotModel& nominal, const MeasurementData& data, const CalibrateOptions& options) {
   if (reweighs(options.loss)) return std::nullopt;
   Identification id(nominal, data, options);
-  if (fit_base_and_reflectors(id) || fit_geometry(id) || !is_unsuspicious(id)) return std::nullopt;
+  if (fit_base_and_reflectors(id) || fit_geometry(id) || !passes_quick_check(id)) return std::nullopt;
   if (auto error = fit_deviations(id)) return std::unexpected(*error);
   return Identified{std::move(id), {}};
 }
@@ -124,18 +127,18 @@ std::expected<Identified, CalibrationError> identified(const RobotModel& nominal
   if (auto all = identified_from_all(nominal, data, options)) return *std::move(all);
   const bool alone = options.jobs < 2;  // then a refusal comes before anything is screened
   std::optional<CalibrationError> wrong;
-  Screened gross;
+  RejectedPoints outliers;
   parallel_for(2, options.jobs, [&](int i) {
     if (i == 0 && check_model) wrong = wrong_model(nominal, data, options.jobs);
-    if (i == 1 && !(alone && wrong)) gross = screened(nominal, data, options);
+    if (i == 1 && !(alone && wrong)) outliers = reject_outliers(nominal, data, options);
   });
   if (wrong) return std::unexpected(*std::move(wrong));
-  return identified(nominal, data, options, std::move(gross));
+  return identified(nominal, data, options, std::move(outliers));
 }
 
 ThermalBasis thermal_basis(const Identified& made) {
   const ParameterUncertainty& known = made.id.uncertainty;
-  return {made.id.fit.cell, known.covariance, known.sigma0_mm, rejected(made.id, made.gross)};
+  return {made.id.fit.cell, known.covariance, known.sigma0_mm, rejected(made.id, made.outliers)};
 }
 
 /// The points whose warmth is open, brought to the reference by the whole model.
@@ -183,8 +186,8 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
   auto thermal = thermal_stage(thermal_basis(*made), data, options);
   for (int round = 1; thermal && thermal->pays && round <= kThermalRounds; ++round) {
     fitted = at_reference(*thermal, thermal_basis(*made));
-    // The last round alone knows warmth well enough to tell it from a gross error.
-    made = round < kThermalRounds ? identified(nominal, fitted, options, std::move(made->gross))
+    // The last round alone knows warmth well enough to tell it from an outlier.
+    made = round < kThermalRounds ? identified(nominal, fitted, options, std::move(made->outliers))
                                   : identified(nominal, fitted, options, false);
     if (!made) return std::unexpected(made.error());
     refine(*thermal, thermal_basis(*made), fitted, options);
@@ -195,7 +198,7 @@ std::expected<Calibration, CalibrationError> calibrate(const RobotModel& robot, 
   if (thermal && thermal->pays && thermal->clock)
     fitted = opened_again(std::move(fitted), data, made->id, thermal->response);
 
-  Calibration result = summary(made->id, made->gross, fitted);
+  Calibration result = summary(made->id, made->outliers, fitted);
   if (thermal) add_thermal_choice(*thermal, result);
   const double stated_mm = made->id.points.stated_sigma_mm();
   result.mountings = mountings(result.cell, made->id.points.trusted_points(), result.covariance,

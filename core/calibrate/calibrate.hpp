@@ -22,7 +22,7 @@ enum class CalibrationFault {
 struct CalibrationError {
   CalibrationFault fault;
   std::string detail;                  ///< one sentence for the operator
-  std::optional<Suspicion> suspicion;  ///< of WrongModel
+  std::optional<ProbableCause> cause;  ///< of WrongModel
 };
 
 /// Fits base and reflectors alone, the arm held at `arm`: the coarse stage. Few poses suffice, so a campaign

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/choices.hpp"
 #include "core/data/calibrated_cell.hpp"
 #include "core/data/measurement.hpp"
 #include "core/field/field_choice.hpp"
@@ -11,13 +12,6 @@
 #include "core/fit/warm_up.hpp"
 
 namespace truepose {
-
-/// Whether deviations from the data sheet are taken as small before they are measured.
-enum class PriorUse {
-  Auto,  ///< where the poses do not excite the arm
-  Off,
-  On,
-};
 
 struct CalibrateOptions {
   Loss loss = Loss::OutlierRejection;

@@ -76,7 +76,7 @@ struct StationErrors {
 /// Whether the arm's answer to warmth was kept.
 struct ThermalChoice {
   std::optional<ThermalResponse> response;  ///< none: the arm as if it were always as warm predicts as well
-  /// By which warmth was reckoned: then the reference is that of a warm arm; none: temperatures told it.
+  /// Clock of the warm-up model; the reference is then the warm arm. None: temperatures were measured.
   std::optional<WarmUpClock> clock;
   double without_rms_mm = 0;  ///< error of points as the others predict them, whitened, without the response
   double rms_mm = 0;          ///< and with it

@@ -18,9 +18,9 @@ constexpr double kMostTurnSigma = 0.1;
 constexpr double kFinestSigma_mm = 0.01;  // of a reading: points that fit better do so by chance
 constexpr double kMostOfArmSigma_mm = 10;
 
-/// What points tell of the base's turn about the tracker's axes, as the station sees it, all else that is
-/// free being open: mm^2 per rad^2.
-Eigen::Matrix3d told_of_turn(const CalibratedCell& cell, const LinearSystem& system, int station) {
+/// Information of the points on the base's rotation about the tracker's axes, as the station sees it. All
+/// other free parameters are eliminated: mm^2 per rad^2.
+Eigen::Matrix3d rotation_information(const CalibratedCell& cell, const LinearSystem& system, int station) {
   const int first = ParameterLayout::of(cell).base(station) + 3;
   const std::vector<int> turn{first, first + 1, first + 2};
   std::vector<int> others;
@@ -31,20 +31,21 @@ Eigen::Matrix3d told_of_turn(const CalibratedCell& cell, const LinearSystem& sys
   return A(turn, turn) - transposed_times(mixed, solve_symmetric(A(others, others), mixed));
 }
 
-/// Axes of the turns that poses anywhere would show, in columns: all three but of a turntable, whose turn
-/// about its own axis no pose shows, and nobody need know.
-Eigen::MatrixXd turns_that_show(const CalibratedCell& cell, const LeastSquaresProblem& problem, int station) {
+/// Axes of the turns that poses anywhere would show, in columns: all three, except for a turntable: no pose
+/// shows its rotation about its own axis, and it is not needed.
+Eigen::MatrixXd observable_rotations(const CalibratedCell& cell, const LeastSquaresProblem& problem,
+                                     int station) {
   constexpr int kPoses = 50;
-  constexpr double kShows = 1e-8;  // of what is told of the turn that shows most
+  constexpr double kShows = 1e-8;  // of the information on the rotation that is observed best
   std::vector<Measurement> points;
   for (const JointVector& q : poses_within_limits(cell.robot, kPoses, 0)) {
     for (int smr = 0; smr < std::ssize(cell.reflectors); ++smr)
       points.push_back({.q = q, .smr = smr, .station = station});
   }
   const LeastSquaresProblem anywhere{.points = points, .free = problem.free, .W = {}, .prior = problem.prior};
-  const Svd told = thin_svd(told_of_turn(cell, linearise(cell, anywhere), station));
-  const auto shown = (told.s.array() > kShows * told.s[0]).count();
-  return told.U.leftCols(shown);
+  const Svd information = thin_svd(rotation_information(cell, linearise(cell, anywhere), station));
+  const auto shown = (information.s.array() > kShows * information.s[0]).count();
+  return information.U.leftCols(shown);
 }
 
 /// Standard deviation of a coordinate by the middle of the points, which a part of them that is wrong does
@@ -61,10 +62,10 @@ bool shows_turn(const CalibratedCell& cell, const LeastSquaresProblem& problem, 
   const LinearSystem system = linearise(cell, problem);
   const double sigma_mm = sigma_of_middle_mm(system, problem.points.size());
   const double least = sigma_mm * sigma_mm / (kMostTurnSigma * kMostTurnSigma);
-  const Eigen::Matrix3d told = told_of_turn(cell, system, station);
-  if (eigenvalues(told)[0] > least) return true;
-  const Eigen::MatrixXd axes = turns_that_show(cell, problem, station);
-  return axes.cols() == 2 && eigenvalues(congruence(axes.transpose(), told))[0] > least;
+  const Eigen::Matrix3d information = rotation_information(cell, system, station);
+  if (eigenvalues(information)[0] > least) return true;
+  const Eigen::MatrixXd axes = observable_rotations(cell, problem, station);
+  return axes.cols() == 2 && eigenvalues(congruence(axes.transpose(), information))[0] > least;
 }
 
 std::optional<CalibrationError> base_turn_open(const Identification& id, const CalibratedCell& cell,
@@ -72,7 +73,7 @@ std::optional<CalibrationError> base_turn_open(const Identification& id, const C
   for (int s = 0; s < cell.station_count(); ++s) {
     if (shows_turn(cell, problem, s)) continue;
     return CalibrationError{CalibrationFault::NotSeparable,
-                            told_of(id.data, s) +
+                            station_prefix(id.data, s) +
                                 "the poses do not show how the base is turned, as the reflector was led "
                                 "along one line or circle: measure poses that lead it off that in all "
                                 "directions, or that turn the flange"};
@@ -85,7 +86,7 @@ std::optional<CalibrationError> turns_contradict(const Identification& id, const
   const std::vector<Eigen::Vector3d> turns = target_turns(cell, points, best_mountings(cell, points));
   std::vector<double> turn_rad;
   for (const std::size_t i : oriented_points(points)) turn_rad.push_back(turns[i].norm());
-  const std::string why = why_turns_are_of_no_arm(turn_rad);
+  const std::string why = reason_not_an_arm(turn_rad);
   if (why.empty()) return std::nullopt;
   return CalibrationError{CalibrationFault::WrongTurns, why};
 }

@@ -3,8 +3,8 @@
 
 #include "core/calibrate/identification.hpp"
 #include "core/fit/identifiability.hpp"
-#include "core/fit/likely_scale.hpp"
 #include "core/fit/prior.hpp"
+#include "core/fit/variance_components.hpp"
 #include "core/math/dense_algebra.hpp"
 
 namespace truepose {
@@ -38,7 +38,7 @@ Eigen::MatrixXd use_prior(Identification& id) {
                                   .links = id.options.prior_scale};
   for (int i = 0; i < kWidthEstimates; ++i) {
     const TrustedProblem trusted = trusted_problem(id);
-    const LikelyScale likely = most_likely_scale(id.fit.cell, trusted.problem, expected);
+    const VarianceComponents likely = most_likely_components(id.fit.cell, trusted.problem, expected);
     id.problem.prior = prior_of(nominal, id.problem.prior, likely);
     id.fit = solve(id.fit.cell, id.problem, id.options.max_fine_iterations);
     id.result.fine_iterations += id.fit.iterations;

@@ -160,8 +160,8 @@ std::optional<CalibrationError> fit_deviations(Identification& id) {
 namespace {
 
 /// By how much the variance of a field is larger than its regressor says. The parameters have taken their
-/// part of what it is fitted to, and where few poses told its hyper-parameters, it may be surer of itself
-/// than it is of poses that it did not see.
+/// part of what it is fitted to. Where few poses determined its hyper-parameters, its variance may be too
+/// small at poses that it did not see.
 double variance_factor(const Identification& id, const CrossValidation& chosen) {
   const double left = std::max(1.0, id.points.equations() - id.uncertainty.determined);
   const double surer = chosen.expected_rms > 0 ? std::max(1.0, chosen.rms / chosen.expected_rms) : 1.0;

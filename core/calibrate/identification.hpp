@@ -40,7 +40,7 @@ std::optional<CalibrationError> fit_base_and_reflectors(Identification& id);
 /// Fine: all that the data and, where it is wanted, the prior tell of the links. Errors: TooFewPoses.
 std::optional<CalibrationError> fit_geometry(Identification& id, Weighing weighing = Weighing::Anew);
 /// Where the options want them, the deviations of the joints that pay under cross-validation, together with
-/// the geometry. What is a gross error to the geometry alone may be a good point to the richer model, or hide
+/// the geometry. What is an outlier to the geometry alone may be a good point to the richer model, or hide
 /// from the poorer one: until both trust the same points, both are fitted again from those that the richer
 /// one trusts. Errors: those of fit_geometry().
 std::optional<CalibrationError> fit_deviations(Identification& id);

@@ -2,7 +2,8 @@
 
 #include <array>
 
-#include "core/calibrate/calibrate_options.hpp"
+#include "core/choices.hpp"
+#include "core/data/measurement.hpp"
 #include "core/named.hpp"
 
 namespace truepose {

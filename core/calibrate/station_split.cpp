@@ -84,7 +84,7 @@ void split_each_station(MeasurementData& data, double fraction, std::uint64_t se
 
 void hold_out_fold_of_each_station(MeasurementData& data, int folds, int fold, std::uint64_t seed) {
   draw_each(data, [&](int station, MeasurementData& part, int before) {
-    // The first pose of a station goes on where those before it ended, so that all folds are alike.
+    // The first pose of a station continues where those before it ended, so that all folds are alike.
     const int of_part = (fold + folds - before % folds) % folds;
     hold_out_fold(part, folds, of_part, seed_of(station, seed));
   });
@@ -94,7 +94,7 @@ std::optional<std::string> unplaced_station(const MeasurementData& marked) {
   for (int station = 0; station < marked.station_count(); ++station) {
     const int left = poses_of(marked, station, PoseSet::Identify), least = poses_to_place(marked, station);
     if (left < least)
-      return told_of(marked, station) + std::to_string(left) + " of its " +
+      return station_prefix(marked, station) + std::to_string(left) + " of its " +
              std::to_string(poses_of(marked, station)) + " poses are left to identify, and " +
              std::to_string(least) + " place it";
   }

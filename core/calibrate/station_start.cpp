@@ -79,7 +79,7 @@ std::expected<CalibratedCell, CalibrationError> station_start(
     }
     if (!X_WB) {
       return std::unexpected(CalibrationError{
-          CalibrationFault::TooFewPoses, told_of(id.data, static_cast<int>(s)) + X_WB.error() +
+          CalibrationFault::TooFewPoses, station_prefix(id.data, static_cast<int>(s)) + X_WB.error() +
                                              ": measure five poses from it, or three that show reflectors "
                                              "that another station has seen"});
     }

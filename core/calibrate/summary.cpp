@@ -170,21 +170,22 @@ void judge_unseen(const Identification& id, const MeasurementData& data,
 
 }  // namespace
 
-std::vector<RejectedPoint> rejected(const Identification& id, const Screened& screened) {
-  return reweighs(id.options.loss) ? taken_out_by_loss(id) : screened.to_identify;
+std::vector<RejectedPoint> rejected(const Identification& id, const RejectedPoints& rejected_points) {
+  return reweighs(id.options.loss) ? taken_out_by_loss(id) : rejected_points.to_identify;
 }
 
-Calibration summary(const Identification& id, const Screened& screened, const MeasurementData& data) {
+Calibration summary(const Identification& id, const RejectedPoints& rejected_points,
+                    const MeasurementData& data) {
   Calibration result = id.result;
   result.cell = id.fit.cell;
   result.fine_solver = id.fit.solver;
   result.sigma0_mm = id.uncertainty.sigma0_mm;
   result.covariance = id.uncertainty.covariance;
   result.parameters = parameters(id);
-  result.rejected = rejected(id, screened);
-  result.validation_outliers = screened.to_validate;
+  result.rejected = rejected(id, rejected_points);
+  result.validation_outliers = rejected_points.to_validate;
   result.points = point_errors(result, data);
-  judge_unseen(id, data, screened.to_identify, result.points);
+  judge_unseen(id, data, rejected_points.to_identify, result.points);
   result.identify = stage_errors(result, data, PoseSet::Identify);
   if (std::ranges::count(data.points, PoseSet::Validate, &Measurement::set) > 0)
     result.validate = stage_errors(result, data, PoseSet::Validate);

@@ -7,18 +7,19 @@
 namespace truepose {
 
 /// Points that no noise explains, set by set.
-struct Screened {
+struct RejectedPoints {
   std::vector<RejectedPoint> to_identify, to_validate;
 };
 
 /// Points that take no part in the fit: those that were screened out before it, or that its loss takes out.
-std::vector<RejectedPoint> rejected(const Identification& id, const Screened& screened);
+std::vector<RejectedPoint> rejected(const Identification& id, const RejectedPoints& rejected_points);
 
 /// Completes the result of an identification that has been through its stages: the cell, its parameters with
 /// their uncertainty, the points that were rejected, and the errors of all points through the stages.
 ///
-/// @param screened  what the identification was made without
+/// @param rejected_points  what the identification was made without
 /// @param data      all that was measured
-Calibration summary(const Identification& id, const Screened& screened, const MeasurementData& data);
+Calibration summary(const Identification& id, const RejectedPoints& rejected_points,
+                    const MeasurementData& data);
 
 }  // namespace truepose

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/calibrate/screening.hpp"
+#include "core/calibrate/outlier_rejection.hpp"
 #include "core/fit/measurement_model.hpp"
 #include "core/fit/open_warmth.hpp"
 #include "core/fit/thermal_response.hpp"
@@ -29,7 +29,7 @@ constexpr double kWarmThrough = 0.9;  // of the way: the rest may be extrapolate
 /// axis, takes up whatever is left.
 constexpr double kWarmZero_rad = 0.2e-3, kWarmZero_mm = 0.1, kWarmGrowth = 500e-6, kRise_K = 30;
 
-/// What the points to identify say beside the parameters, whitened.
+/// Whitened equations of the points to identify, for the parameters and further columns.
 struct System {
   std::vector<Measurement> points;
   Eigen::MatrixXd J;               ///< derivatives to the parameters
@@ -120,7 +120,7 @@ Projected projected(const System& system, const Eigen::MatrixXd& columns, const 
   return p;
 }
 
-/// What one linear fit beside the parameters says of further columns.
+/// Result of one linear fit of further columns together with the parameters.
 struct Fit {
   Eigen::VectorXd step;
   Eigen::MatrixXd covariance;  ///< as ThermalResponse's
@@ -203,8 +203,8 @@ Warmed by_temperatures(const ThermalBasis& basis, const MeasurementData& data, c
   return warmed;
 }
 
-/// How warm the arm was at the last point; warm through where hardly anything was missing. Beyond that nobody
-/// has seen it, and a time constant that is long beside the campaign is not known.
+/// How warm the arm was at the last point; warm through where hardly anything was missing. No point was
+/// measured at a warmer arm, and a time constant much longer than the campaign is not identifiable.
 double warmest(const MeasurementData& data) {
   double most = 0;
   for (const Measurement& point : data.points)
@@ -277,7 +277,7 @@ Eigen::MatrixXd zero_step_column(const System& system, const CalibratedCell& cel
   return best;
 }
 
-/// Whether a response that nobody asked for is one.
+/// Whether a thermal response that was not requested is significant.
 bool beyond_doubt(const Warmed& warmed, const ThermalBasis& basis, const System& system) {
   if (standard_errors_gained(system.left_out2, warmed.fit.left_out2) <= kBeyondDoubt) return false;
   const std::vector<Measurement> points = taking_part(warmed.data, basis.rejected);
@@ -290,7 +290,7 @@ bool beyond_doubt(const Warmed& warmed, const ThermalBasis& basis, const System&
          !explains_better(zero_step_column(system, basis.cell));
 }
 
-bool tells_temperatures(const MeasurementData& data) {
+bool has_temperatures(const MeasurementData& data) {
   return std::ranges::any_of(data.points,
                              [](const Measurement& point) { return !point.temperature_c.empty(); });
 }
@@ -301,11 +301,11 @@ bool is_sought(const ThermalBasis& basis, const MeasurementData& data, ThermalUs
     case ThermalUse::Off:
       return false;
     case ThermalUse::Temperatures:
-      return tells_temperatures(data);
+      return has_temperatures(data);
     case ThermalUse::Time:
-      return tells_time(data.points);
+      return has_times(data.points);
     case ThermalUse::Auto:
-      return tells_temperatures(data) || count_poses(taking_part(data, basis.rejected)) >= kFewestToWarm;
+      return has_temperatures(data) || count_poses(taking_part(data, basis.rejected)) >= kFewestToWarm;
   }
   return false;
 }
@@ -315,8 +315,8 @@ bool is_sought(const ThermalBasis& basis, const MeasurementData& data, ThermalUs
 std::optional<ThermalStage> thermal_stage(const ThermalBasis& basis, const MeasurementData& data,
                                           const CalibrateOptions& options) {
   if (!is_sought(basis, data, options.thermal)) return std::nullopt;
-  const bool by_time = options.thermal == ThermalUse::Time ||
-                       (options.thermal == ThermalUse::Auto && !tells_temperatures(data));
+  const bool by_time =
+      options.thermal == ThermalUse::Time || (options.thermal == ThermalUse::Auto && !has_temperatures(data));
   const bool unasked = by_time && options.thermal == ThermalUse::Auto;
   System system = system_of(basis, data, options.noise);
   if (unasked && !may_have_warmed_up(basis, data, system)) return std::nullopt;

@@ -54,8 +54,8 @@ std::vector<PossibleChange> wrong_readings(std::span<const Measurement> points);
 /// Base, reflectors and joints' zeros, where a point shows them.
 std::vector<PossibleChange> shown_changes(const CalibratedCell& cell, std::span<const Measurement> points);
 
-/// The cell with its base put where the points say by a rigid fit, where they do: a tracker may have been set
-/// up anew anywhere.
+/// The cell with its base from a rigid fit to the points, where that is possible: a tracker may have been set
+/// up again at any place.
 CalibratedCell with_fitted_base(const CalibratedCell& cell, std::span<const Measurement> points);
 
 /// By how much `change` moved from one cell to the other: of the base (mm; turn about the tracker's axes,

@@ -13,8 +13,8 @@ constexpr double kHalved = 0.5;  // of the standard deviation
 constexpr double kQuarterMore = 1.25;
 constexpr double kSeldom = 1000;  // is a noise that is up to a quarter more than stated
 
-/// Chance of a share of squares beyond `share` for `unknowns` columns beside twice `shape` others, by the
-/// beta distribution; a little too large for an odd number of them.
+/// Probability of a share of squares above `share` for `unknowns` columns together with twice `shape` others,
+/// by the beta distribution. A little too large for an odd number of columns.
 double beta_tail(double share, double shape, Eigen::Index unknowns) {
   double term = 1, sum = 1;
   for (Eigen::Index i = 1; i < (unknowns + 1) / 2; ++i) {

@@ -13,12 +13,12 @@ inline constexpr double kStatedCounts = 10;
 enum class StatedNoise {
   Explains,
   NearlyExplains,  ///< were it a quarter more
-  Contradicts,     ///< or nobody stated one
+  Contradicts,     ///< or none was stated
 };
 
 /// Of residuals along the beams, and across them.
 ///
-/// @param unknowns  of the columns beside the parameters that these residuals are left by
+/// @param unknowns  number of columns, in addition to the parameters, of the fit that leaves these residuals
 StatedNoise stated_noise(const TimeEvidence& evidence, const Eigen::VectorXd& left, Eigen::Index unknowns);
 
 /// Of the squares of the residuals, what further columns take away.

@@ -11,7 +11,7 @@
 #include "core/fit/measured_order.hpp"
 #include "core/fit/measurement_model.hpp"
 #include "core/math/dense_algebra.hpp"
-#include "core/math/error_law.hpp"
+#include "core/math/residual_distribution.hpp"
 
 namespace truepose {
 
@@ -161,8 +161,8 @@ std::optional<Fitted> fitted(const PossibleChange& candidate, const Observed& se
                    .sigma = found.sigma,
                    .distance2 = found.left.squaredNorm(),
                    .degrees = equations - found.rank};
-  cause.probability =
-      ErrorLaw(reference.validation_distances2).tail(found.left, cause.degrees, points_per_stop(points));
+  cause.probability = ResidualDistribution(reference.validation_distances2)
+                          .tail(found.left, cause.degrees, points_per_stop(points));
   cause.score = cause.distance2 + found.rank * std::log(equations);
   return Fitted{std::move(cause), std::move(cell)};
 }

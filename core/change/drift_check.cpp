@@ -6,7 +6,7 @@
 #include "core/diagnosis/mistaken_points.hpp"
 #include "core/fit/measured_order.hpp"
 #include "core/formatted.hpp"
-#include "core/math/error_law.hpp"
+#include "core/math/residual_distribution.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -94,8 +94,8 @@ std::expected<DriftSigns, std::string> drift_signs(const DriftReference& referen
   signs.reference_mm = reference.validation_mean_mm > 0 ? reference.validation_mean_mm : signs.expected_mm;
   signs.distance2 = residuals->r.squaredNorm();
   signs.degrees = static_cast<int>(residuals->r.size());
-  signs.probability =
-      ErrorLaw(reference.validation_distances2).tail(residuals->r, signs.degrees, points_per_stop(points));
+  signs.probability = ResidualDistribution(reference.validation_distances2)
+                          .tail(residuals->r, signs.degrees, points_per_stop(points));
   return signs;
 }
 

@@ -24,7 +24,7 @@ struct DriftSigns {
   double probability = 0;                  ///< that an unchanged cell gives as much
   std::vector<Eigen::Vector3d> errors_mm;  ///< predicted minus measured, tracker frame
 
-  /// Whether an unchanged cell gives residuals so large less often than kSignificance (ErrorLaw).
+  /// Whether an unchanged cell gives residuals so large less often than kSignificance (ResidualDistribution).
   bool significant() const { return probability < kSignificance; }
   /// Whether the mean error is more than kLargeFactor times what it was on validation poses (where nothing
   /// was validated: than what the model expects).

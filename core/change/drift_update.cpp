@@ -9,13 +9,14 @@
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
-#include "core/math/error_law.hpp"
+#include "core/math/residual_distribution.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {
 
-/// Where most points are so far off, the tracker may have been set up anew, and where it was tells nothing.
+/// Where most points are so far off, the tracker may have been set up again. Its old position is then of no
+/// use.
 constexpr double kFar_mm = 10;
 
 double error_mm(const CalibratedCell& cell, const Measurement& point) {
@@ -28,7 +29,7 @@ bool far_off(const CalibratedCell& cell, std::span<const Measurement> points) {
   return median(errors_mm) > kFar_mm;
 }
 
-/// What is taken as possible beside moved parameters.
+/// Changes that are possible in addition to moved parameters.
 struct Possible {
   bool readings = false;               ///< that are wrong
   bool set_up_anew = false;            ///< the tracker: the base scatters about a rigid fit
@@ -98,7 +99,7 @@ Eigen::MatrixXd updated_covariance(const DriftReference& reference, const Fit& f
   return reference.covariance + changes - taken_in - taken_in.transpose();
 }
 
-/// Gauss-Newton, the widths chosen anew until it settles.
+/// Gauss-Newton; the widths are chosen again until it converges.
 std::expected<Fit, std::string> fitted(const DriftReference& reference, std::span<const Measurement> points,
                                        const Possible& possible) {
   constexpr int kMaxSteps = 30;
@@ -123,7 +124,7 @@ std::expected<Fit, std::string> fitted(const DriftReference& reference, std::spa
   return fit;
 }
 
-/// The logarithm of how probable a fit is beside others: every change that it takes to have happened was
+/// Logarithm of the probability of a fit, to compare it with others: every change that it assumes was
 /// improbable.
 double probability_of(const Fit& fit) {
   const auto happened = [](const ChangePrior& prior) { return prior.width > 0; };
@@ -283,7 +284,8 @@ std::vector<Measurement> right_points(const DriftUpdate& update, std::span<const
   return right;
 }
 
-bool agree(std::span<const Measurement> points, const DriftReference& reference, const ErrorLaw& law) {
+bool agree(std::span<const Measurement> points, const DriftReference& reference,
+           const ResidualDistribution& law) {
   const auto residuals = drift_residuals(reference, reference.cell, points);
   return residuals && law.tail(residuals->r, static_cast<int>(residuals->r.size()),
                                points_per_stop(points)) >= kSignificance;
@@ -306,7 +308,7 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
   const std::vector<LeftOut> alone = left_out(*fit);
   tell_errors(reference, points, alone, update);
   const int degrees = degrees_left(*fit);
-  const ErrorLaw law(reference.validation_distances2);
+  const ResidualDistribution law(reference.validation_distances2);
   update.probability = law.tail(fit->posterior.left, std::max(1, degrees), points_per_stop(points));
 
   const bool enough_left = degrees >= static_cast<int>(points.size());

@@ -39,7 +39,7 @@ Eigen::MatrixXd columns_of(const CalibratedCell& cell, const TimeEvidence& evide
   return columns;
 }
 
-/// Akaike's criterion of columns beside the parameters.
+/// Akaike's criterion of columns in addition to the parameters.
 ///
 /// @param chosen  so many further numbers were chosen by the points
 double criterion_of(const Eigen::MatrixXd& columns, const TimeEvidence& evidence, int chosen = 0) {

@@ -38,9 +38,9 @@ struct Movement {
 /// degrees of freedom), and not by chance.
 ///
 /// Where poses were measured in an order that a joint follows, as those of a turntable that is turned in
-/// steps, what a joint errs with its angle is much like a movement. Which of them it is is asked of the
-/// residuals: nothing has moved where joint errors explain them better beyond question, and both are told
-/// where neither does.
+/// steps, what a joint errs with its angle is much like a movement. The residuals decide: nothing has moved
+/// where joint errors clearly explain them better. Both are reported where neither explanation is clearly
+/// better.
 ///
 /// @param points  with their times, or in the order in which they were measured, or that one reflector after
 ///                the other

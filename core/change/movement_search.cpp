@@ -17,7 +17,7 @@ constexpr std::size_t kFewest = 3;         // poses before and after a step: few
 constexpr std::size_t kMostMoments = 24;   // of which pairs are tried
 constexpr double kRarer = 100;             // are two steps than one
 constexpr double kBends = 1e-3;            // of what all joints do under a load
-constexpr std::ptrdiff_t kFewestAway = 5;  // poses between two steps: gross errors of few look like these
+constexpr std::ptrdiff_t kFewestAway = 5;  // poses between two steps: outliers of few look like these
 
 /// Which of some points may come after a step: the first of a pose, with enough poses before it and from it
 /// on. What the arm does at one stop, all reflectors of that pose show.
@@ -167,7 +167,7 @@ MovementSearch::TwoMoments MovementSearch::best_moments() const {
 }
 
 ReducedEquations MovementSearch::between_and_after(std::size_t first, std::size_t again) const {
-  return from_[first].less(from_[again]).beside(from_[again]);
+  return from_[first].less(from_[again]).joined_with(from_[again]);
 }
 
 MovementSearch::Shares MovementSearch::steps_at(std::initializer_list<std::size_t> moments) const {

@@ -16,7 +16,7 @@ void ReducedEquations::add(const TimeEvidence& evidence, std::size_t point, cons
   b_ += A.transpose() * evidence.r.segment<3>(row);
 }
 
-ReducedEquations ReducedEquations::beside(const ReducedEquations& other) const {
+ReducedEquations ReducedEquations::joined_with(const ReducedEquations& other) const {
   ReducedEquations both = *this;
   const Eigen::Index mine = b_.size(), all = mine + other.b_.size();
   both.gram_ = Eigen::MatrixXd::Zero(all, all);

@@ -7,7 +7,7 @@
 
 namespace truepose {
 
-/// Normal equations of further columns beside the identified parameters, which are left free: reduced by what
+/// Normal equations of columns in addition to the identified parameters, which are left free: reduced by what
 /// those explain. Sums over points, so that those of a stretch are the difference of two.
 class ReducedEquations {
  public:
@@ -16,7 +16,7 @@ class ReducedEquations {
   /// @param A  the columns at the point, whitened
   void add(const TimeEvidence& evidence, std::size_t point, const Eigen::MatrixXd& A);
   /// The columns of the one, then those of the other, for points that are not the same.
-  ReducedEquations beside(const ReducedEquations& other) const;
+  ReducedEquations joined_with(const ReducedEquations& other) const;
   ReducedEquations less(const ReducedEquations& other) const;
 
   /// What of the columns explains the residuals best.

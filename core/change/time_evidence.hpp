@@ -10,13 +10,14 @@
 
 namespace truepose {
 
-/// What points say beside the identified parameters, in standard deviations where the noise is known. Of a
-/// stop that several reflectors show the rows are their mean and their differences, in place of the points.
+/// Residuals of the points with the identified parameters, and their derivatives; in standard deviations
+/// where the noise is known. Of a stop that several reflectors show the rows are their mean and their
+/// differences, in place of the points.
 struct TimeEvidence {
   Eigen::MatrixXd moves;  ///< derivatives to all parameters, mm at each point
   Eigen::MatrixXd J;      ///< the same, whitened
   Eigen::MatrixXd U;      ///< what they span
-  Eigen::VectorXd r;      ///< residuals beside them
+  Eigen::VectorXd r;      ///< residuals
   Eigen::VectorXd beams;  ///< of each point, whitened, unit length
   int degrees = 0;        ///< of freedom
   bool noise_known = false;

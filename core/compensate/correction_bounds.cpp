@@ -11,18 +11,18 @@ constexpr double kRounding = 1e-6;                        // of a grid step: for
 
 bool on_grid(double value, double resolution) { return std::abs(value) / resolution < kLargestGridPoint; }
 
-bool usable(const JointVector& wanted, const CorrectionRange& in_force, const JointVector& commanded,
+bool usable(const JointVector& wanted, const CorrectionRange& in_effect, const JointVector& commanded,
             const CorrectionBounds& bounds) {
-  const Eigen::Index axes = in_force.min.size();
+  const Eigen::Index axes = in_effect.min.size();
   const auto finite = [&](const JointVector& edge) {
     return std::all_of(edge.begin(), edge.end(), [&](double x) { return on_grid(x, bounds.resolution); });
   };
-  return wanted.size() == axes && in_force.max.size() == axes && commanded.size() == axes &&
+  return wanted.size() == axes && in_effect.max.size() == axes && commanded.size() == axes &&
          bounds.min.size() == axes && bounds.max.size() == axes && wanted.allFinite() &&
          commanded.allFinite() && !bounds.min.hasNaN() && !bounds.max.hasNaN() && bounds.max_step >= 0 &&
          bounds.max_total >= 0 && bounds.resolution > 0 && std::isfinite(bounds.resolution) &&
          on_grid(bounds.max_step, bounds.resolution) && on_grid(bounds.max_total, bounds.resolution) &&
-         std::isfinite(bounds.limit_margin) && finite(in_force.min) && finite(in_force.max);
+         std::isfinite(bounds.limit_margin) && finite(in_effect.min) && finite(in_effect.max);
 }
 
 /// Halfway, on the grid.
@@ -37,18 +37,18 @@ JointVector middle(const CorrectionRange& range, double resolution) {
 
 }  // namespace
 
-BoundedCorrection bound_correction(const JointVector& wanted, const CorrectionRange& in_force,
+BoundedCorrection bound_correction(const JointVector& wanted, const CorrectionRange& in_effect,
                                    const JointVector& commanded, const CorrectionBounds& bounds) noexcept {
   BoundedCorrection result;
-  if (!usable(wanted, in_force, commanded, bounds)) {
+  if (!usable(wanted, in_effect, commanded, bounds)) {
     result.clamps.not_finite = true;
-    const bool finite =
-        in_force.min.size() == in_force.max.size() && in_force.min.allFinite() && in_force.max.allFinite();
-    result.correction = finite ? middle(in_force, CorrectionBounds{}.resolution)
-                               : JointVector{JointVector::Zero(in_force.min.size())};
+    const bool finite = in_effect.min.size() == in_effect.max.size() && in_effect.min.allFinite() &&
+                        in_effect.max.allFinite();
+    result.correction = finite ? middle(in_effect, CorrectionBounds{}.resolution)
+                               : JointVector{JointVector::Zero(in_effect.min.size())};
     return result;
   }
-  result.correction = middle(in_force, bounds.resolution);
+  result.correction = middle(in_effect, bounds.resolution);
 
   const double largest = wanted.cwiseAbs().maxCoeff();
   result.clamps.total = largest > bounds.max_total;
@@ -62,8 +62,8 @@ BoundedCorrection bound_correction(const JointVector& wanted, const CorrectionRa
     const double highest = std::max(0.0, bounds.max[i] - bounds.limit_margin - commanded[i]);
     const double within_limits = std::clamp(within_total, lowest, highest);
     const double to = std::trunc(within_limits / bounds.resolution + std::copysign(kRounding, within_limits));
-    const double down_to = std::ceil(in_force.max[i] / bounds.resolution - kRounding) - max_steps;
-    const double up_to = std::floor(in_force.min[i] / bounds.resolution + kRounding) + max_steps;
+    const double down_to = std::ceil(in_effect.max[i] / bounds.resolution - kRounding) - max_steps;
+    const double up_to = std::floor(in_effect.min[i] / bounds.resolution + kRounding) + max_steps;
 
     result.clamps.limit |= within_limits != within_total;
     if (down_to > up_to) {

@@ -16,8 +16,8 @@ struct CorrectionBounds {
   double resolution = 1e-6 * kRadPerDeg;
 };
 
-/// What may be in force at the controller, axis by axis: one value where its last reply is known to have been
-/// taken.
+/// What may be in effect at the controller, axis by axis: one value where its last reply is known to have
+/// been taken.
 struct CorrectionRange {
   JointVector min, max;
 
@@ -48,10 +48,10 @@ struct BoundedCorrection {
 
 /// The one gate between every wish and the wire.
 ///
-/// The result is finite and never further than `max_step` per axis from anything in `in_force`: this comes
-/// before every other bound, so the total and the limits are approached by steps where what is in force
+/// The result is finite and never further than `max_step` per axis from anything in `in_effect`: this comes
+/// before every other bound, so the total and the limits are approached by steps where what is in effect
 /// breaks them. Zero is always allowed: where the program itself is beyond a limit, the correction is only
-/// kept from going further out. Where no correction is within a step of all of `in_force`, the result is its
+/// kept from going further out. Where no correction is within a step of all of `in_effect`, the result is its
 /// middle.
 ///
 /// A correction beyond the total is made smaller as a whole. Where the arm is nearly stretched, axes 2 and 3
@@ -59,9 +59,9 @@ struct BoundedCorrection {
 /// without any correction.
 ///
 /// @param wanted     correction that the model asks for
-/// @param in_force   what the controller may have in force
+/// @param in_effect  what the controller may have in effect
 /// @param commanded  joint positions that the robot program commands, without any correction
-BoundedCorrection bound_correction(const JointVector& wanted, const CorrectionRange& in_force,
+BoundedCorrection bound_correction(const JointVector& wanted, const CorrectionRange& in_effect,
                                    const JointVector& commanded, const CorrectionBounds& bounds) noexcept;
 
 }  // namespace truepose

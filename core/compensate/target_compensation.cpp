@@ -151,9 +151,9 @@ bool TargetCompensation::has_wrist() const {
          std::ranges::none_of(calibrated_.coupling, within);
 }
 
-BeyondGeometry TargetCompensation::beyond_geometry(const JointVector& q) const {
+NonGeometricError TargetCompensation::non_geometric_error(const JointVector& q) const {
   const JointVector joints = true_joints(calibrated_, q, options_.approach);
-  BeyondGeometry beyond{.q = q, .turned = joints - q};
+  NonGeometricError beyond{.q = q, .turned = joints - q};
   if (is_displaced(calibrated_)) {
     const Eigen::Isometry3d X_BF = geometry_.forward(joints);
     beyond.X_moved = displaced(calibrated_, q, joints, X_BF) * inverse_of(X_BF);
@@ -162,7 +162,7 @@ BeyondGeometry TargetCompensation::beyond_geometry(const JointVector& q) const {
 }
 
 TargetCompensation::State TargetCompensation::state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm,
-                                                       const BeyondGeometry* beyond) const {
+                                                       const NonGeometricError* beyond) const {
   const JointVector joints =
       beyond ? JointVector(q + beyond->turned) : true_joints(calibrated_, q, options_.approach);
   PoseAndJacobian now;
@@ -209,7 +209,7 @@ TargetCompensation::Result TargetCompensation::at_joints(const JointVector& q,
 TargetCompensation::Result TargetCompensation::at_joints_within(int steps, const JointVector& q,
                                                                 const Eigen::Vector3d& p_F_mm,
                                                                 JointVector& correction,
-                                                                const BeyondGeometry* beyond) const {
+                                                                const NonGeometricError* beyond) const {
   Search search{.q = q + correction, .steps = steps, .beyond = beyond};
   const Result result = at_pose(nominal_geometry_.forward(q), q, p_F_mm, search);
   correction = search.q - q;
@@ -243,7 +243,7 @@ TargetCompensation::Result TargetCompensation::at_pose(const Eigen::Isometry3d& 
 std::expected<PoseInverseResult, PoseInverseFault> TargetCompensation::inverse(
     const Eigen::Isometry3d& X_BF, const Search& search, const PoseInverseOptions& options) const {
   if (!search.beyond) return inverse_near(calibrated_, geometry_, X_BF, search.q, options);
-  const BeyondGeometry& beyond = *search.beyond;
+  const NonGeometricError& beyond = *search.beyond;
   auto solved = geometry_.inverse_near(inverse_of(beyond.X_moved) * X_BF, search.q + beyond.turned, options);
   if (solved) solved->q -= beyond.turned;
   return solved;
@@ -269,7 +269,7 @@ TargetCompensation::Result TargetCompensation::exact(const Eigen::Isometry3d& X_
 CompensatedTarget TargetCompensation::no_worse_than_none(const Eigen::Isometry3d& X_BF,
                                                          const JointVector& q_nominal,
                                                          const Eigen::Vector3d& p_F_mm,
-                                                         const BeyondGeometry* beyond,
+                                                         const NonGeometricError* beyond,
                                                          CompensatedTarget target) const {
   constexpr int kHalvings = 24;
   constexpr double kNegligible = 1e-9;

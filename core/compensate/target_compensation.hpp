@@ -41,7 +41,7 @@ struct CompensationOptions {
 
 /// What an arm has beyond its geometry at joints q: deviations of its joints and the displacement of its
 /// flange.
-struct BeyondGeometry {
+struct NonGeometricError {
   JointVector q;       ///< encoder positions
   JointVector turned;  ///< true joint positions less these
   Eigen::Isometry3d X_moved =
@@ -57,7 +57,7 @@ struct CompensatedTarget {
 };
 
 /// What to command so that a calibrated arm stands where it should, one target at a time: stage 2 of the
-/// paper (eqs 27 to 30 with the signs put right), bounded near the wrist singularity. A pure function of the
+/// paper (eqs 27 to 30 with the signs corrected), bounded near the wrist singularity. A pure function of the
 /// target, which only keeps prepared what it needs of the arms. Does not allocate.
 ///
 /// Where axes 4 and 6 fall into line, a turn of the flange about the line that is square to them and to axis
@@ -109,14 +109,14 @@ class TargetCompensation {
   /// The calibrated arm stands where the nominal one would at `q`.
   Result at_joints(const JointVector& q, const Eigen::Vector3d& p_F_mm = {0, 0, 0}) const;
   /// The same in at most so many of Newton's steps, for a target that moves little from call to call.
-  /// DidNotConverge may say that they were too few: another call with the same `q` goes on.
+  /// DidNotConverge may say that they were too few: another call with the same `q` continues.
   /// @param correction  of q: where the search is, zero at first; and where it came to
   /// @param beyond      where given, joints deviate and the flange is displaced everywhere as at `beyond->q`:
   /// near
   ///                    there, much faster
   Result at_joints_within(int steps, const JointVector& q, const Eigen::Vector3d& p_F_mm,
-                          JointVector& correction, const BeyondGeometry* beyond = nullptr) const;
-  BeyondGeometry beyond_geometry(const JointVector& q) const;
+                          JointVector& correction, const NonGeometricError* beyond = nullptr) const;
+  NonGeometricError non_geometric_error(const JointVector& q) const;
 
   /// The flange is at X_BF.
   /// @param q_nominal  joints of the nominal arm there: the branch, and what the correction is counted from
@@ -133,9 +133,9 @@ class TargetCompensation {
   struct Search {
     JointVector q;
     std::optional<int> steps{};
-    const BeyondGeometry* beyond = nullptr;  ///< null where it is to be looked at in every step
+    const NonGeometricError* beyond = nullptr;  ///< null where it is to be looked at in every step
   };
-  State state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm, const BeyondGeometry* beyond) const;
+  State state_at(const JointVector& q, const Eigen::Vector3d& p_F_mm, const NonGeometricError* beyond) const;
   bool has_wrist() const;
   Result at_pose(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, const Eigen::Vector3d& p_F_mm,
                  Search& search) const;
@@ -146,7 +146,7 @@ class TargetCompensation {
   Result damped(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal, const Eigen::Vector3d& p_F_mm,
                 State state, Search& search) const;
   CompensatedTarget no_worse_than_none(const Eigen::Isometry3d& X_BF, const JointVector& q_nominal,
-                                       const Eigen::Vector3d& p_F_mm, const BeyondGeometry* beyond,
+                                       const Eigen::Vector3d& p_F_mm, const NonGeometricError* beyond,
                                        CompensatedTarget target) const;
   Result near(const JointVector& q_nominal, const CompensatedTarget& target) const;
   Result within_limits(const CompensatedTarget& target) const;

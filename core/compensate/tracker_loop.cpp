@@ -43,7 +43,7 @@ void TrackerLoop::correct(const Eigen::Vector3d& missing_W) {
   const Eigen::Vector3d aim_B_mm = aim_B_mm_ + R_BW_ * missing_W / static_cast<double>(errors_mm_.size());
   const auto next = arm_.at_position(aim_B_mm, q_first_, p_FS_mm_);
   // Written so that a NaN ends the loop as well.
-  if (!(errors_mm_.back() <= kFarthestError_mm) || !next) {
+  if (!(errors_mm_.back() <= kMaxArmError_mm) || !next) {
     end_ = TrackerLoopEnd::OutOfReach;
     return;
   }

@@ -2,9 +2,9 @@
 
 namespace truepose {
 
-/// An error of a position below which there is nothing to tell: less than that nobody measures.
+/// The smallest error of a position that is reported: no tracker measures less.
 inline constexpr double kLeastError_mm = 1e-3;
-/// Arms are wrong by millimetres: what is farther off is of something else, or told wrongly.
-inline constexpr double kFarthestError_mm = 50;
+/// Errors of arms are millimetres. A larger deviation is of another arm, or a mistake in the files.
+inline constexpr double kMaxArmError_mm = 50;
 
 }  // namespace truepose

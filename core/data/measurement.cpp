@@ -78,7 +78,7 @@ void add_point(MeasurementData& data, Measurement point, const std::vector<std::
 
 }  // namespace
 
-std::string told_of(const MeasurementData& data, int station) {
+std::string station_prefix(const MeasurementData& data, int station) {
   if (data.station_count() == 1) return {};
   return "station '" + data.stations[static_cast<std::size_t>(station)] + "': ";
 }

@@ -68,7 +68,7 @@ struct MeasurementData {
 };
 
 /// How a message begins that concerns one of several stations: "station 'door': "; empty where there is one.
-std::string told_of(const MeasurementData& data, int station);
+std::string station_prefix(const MeasurementData& data, int station);
 
 /// What was measured from one station, as data of its own, with those reflectors alone that it saw.
 MeasurementData of_station(const MeasurementData& data, int station);
@@ -80,8 +80,8 @@ void add_station(MeasurementData& data, MeasurementData station);
 /// of one pose.
 std::vector<int> pose_numbers(std::span<const Measurement> points);
 
-/// The number of each point's pose as people are told it, from 1: its own where all points have one, else by
-/// the order of first appearance.
+/// The number of each point's pose as it is displayed, from 1: its own where all points have one, else by the
+/// order of first appearance.
 std::vector<int> named_pose_numbers(std::span<const Measurement> points);
 
 /// Indices of the points of each pose, poses in the same order.
@@ -128,9 +128,9 @@ struct Whitening {
 /// all alike.
 Whitening whitening_of(std::span<const Measurement> points, const std::optional<MeasurementNoise>& noise);
 
-/// Standard deviation (mm) of what comes to each coordinate of the points beside the noise that whitens them,
-/// where their whitened residuals have that of `sigma0_mm`. 0 where that is no more than the noise alone
-/// gives, or the noise is unknown.
+/// Standard deviation (mm) of further errors of each coordinate, in addition to the noise that whitens the
+/// points, if their whitened residuals have the standard deviation `sigma0_mm`. 0 where that is no more than
+/// the noise alone gives, or the noise is unknown.
 double beyond_noise_mm(const Whitening& whitening, double sigma0_mm);
 
 /// Marks part of the poses to identify and the rest to validate. Points with the same joints are one pose and

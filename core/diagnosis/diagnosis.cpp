@@ -14,7 +14,7 @@ namespace truepose {
 namespace {
 
 constexpr std::size_t kShortlist = 120;  // hypotheses fitted to the end
-constexpr double kNextToNothing_mm = 1;  // what bearings, gears and bending leave of an arm that is right
+constexpr double kNegligible_mm = 1;     // what bearings, gears and bending leave of an arm that is right
 constexpr double kMostMissed = 0.15;     // part of the points: more than are grossly wrong, by chance too
 constexpr double kFinest_mm = 0.05;      // standard deviation that no difference is judged by
 // Of squared misses and of squared deviations, in their standard deviations: how many times more and how much
@@ -104,19 +104,19 @@ double Joint::*entry_at(int parameter) {
 std::size_t joint_of(int parameter) { return static_cast<std::size_t>(parameter / ParameterLayout::kLink); }
 
 /// What was open, as it was fitted.
-void settle(Claim& mended, const CalibratedCell& fitted) {
-  for (const int parameter : mended.open) {
+void settle(ModelAndPoints& fixed, const CalibratedCell& fitted) {
+  for (const int parameter : fixed.open) {
     const std::size_t i = joint_of(parameter);
-    mended.arm.joints[i].*entry_at(parameter) = fitted.robot.joints[i].*entry_at(parameter);
+    fixed.arm.joints[i].*entry_at(parameter) = fitted.robot.joints[i].*entry_at(parameter);
   }
 }
 
 /// Whether what was open is off by more than an arm that merely deviates.
-bool deviates_enough(const Claim& mended) {
-  for (std::size_t k = 0; k < mended.open.size(); ++k) {
-    const int parameter = mended.open[k];
+bool exceeds_usual_deviation(const ModelAndPoints& fixed) {
+  for (std::size_t k = 0; k < fixed.open.size(); ++k) {
+    const int parameter = fixed.open[k];
     const auto entry = entry_at(parameter);
-    const double off = mended.arm.joints[joint_of(parameter)].*entry - mended.before[k];
+    const double off = fixed.arm.joints[joint_of(parameter)].*entry - fixed.before[k];
     const bool angle = entry != &Joint::a_mm && entry != &Joint::d_mm;
     if (std::abs(angle ? std::remainder(off, 2 * std::numbers::pi) : off) <=
         kMostSigmas * usual_deviation(parameter))
@@ -136,7 +136,7 @@ RobotModel deviating_alike(RobotModel to, const RobotModel& from, const RobotMod
 }
 
 std::size_t parts(const Hypothesis& hypothesis) { return hypothesis.mistakes.size(); }
-std::size_t open_parts(const Hypothesis& hypothesis) { return hypothesis.mended.open.size(); }
+std::size_t open_parts(const Hypothesis& hypothesis) { return hypothesis.fixed.open.size(); }
 
 /// Whether `other` says what a value is that `open` only found.
 bool says(const Hypothesis& other, const Hypothesis& open) {
@@ -160,14 +160,14 @@ void keep_simplest(std::vector<Hypothesis>& hypotheses) {
 
 /// Whether two hypotheses are the same mistakes with what was open found at nearly the same values.
 bool is_same(const Hypothesis& a, const Hypothesis& b) {
-  if (a.mended.open.empty() || a.mended.open != b.mended.open || parts(a) != parts(b)) return false;
+  if (a.fixed.open.empty() || a.fixed.open != b.fixed.open || parts(a) != parts(b)) return false;
   for (std::size_t k = 0; k < parts(a); ++k) {
     if (a.mistakes[k].joint != b.mistakes[k].joint || a.mistakes[k].key != b.mistakes[k].key) return false;
   }
-  return std::ranges::all_of(a.mended.open, [&](int parameter) {
+  return std::ranges::all_of(a.fixed.open, [&](int parameter) {
     const auto entry = entry_at(parameter);
     const double off =
-        a.mended.arm.joints[joint_of(parameter)].*entry - b.mended.arm.joints[joint_of(parameter)].*entry;
+        a.fixed.arm.joints[joint_of(parameter)].*entry - b.fixed.arm.joints[joint_of(parameter)].*entry;
     const double turned = entry == &Joint::theta_rad ? std::remainder(off, 2 * std::numbers::pi) : off;
     return std::abs(turned) < kMostSigmas * usual_deviation(parameter);
   });
@@ -183,8 +183,8 @@ void keep_different(std::vector<Hypothesis>& hypotheses) {
   hypotheses = std::move(kept);
 }
 
-bool leaves_next_to_nothing(const Explanation& explanation) {
-  return explanation.error_mm() <= kNextToNothing_mm && explanation.share_missed() <= kMostMissed;
+bool has_negligible_error(const Explanation& explanation) {
+  return explanation.error_mm() <= kNegligible_mm && explanation.share_missed() <= kMostMissed;
 }
 
 }  // namespace
@@ -192,7 +192,7 @@ bool leaves_next_to_nothing(const Explanation& explanation) {
 std::string Hypothesis::sentence(const RobotModel& given) const {
   std::string wrong, remedy;
   for (const Mistake& mistake : mistakes) {
-    const MistakeWords words = mistake.words(given, mended);
+    const MistakeWords words = mistake.words(given, fixed);
     wrong += (wrong.empty() ? "" : " and ") + words.wrong;
     remedy += (remedy.empty() ? "" : " and ") + words.remedy;
   }
@@ -207,33 +207,33 @@ Diagnosis::Diagnosis(const RobotModel& arm, std::span<const std::string> smr_nam
       poses_{poses},
       jobs_{jobs},
       strays_{share_of_strays(rows_)} {
-  as_given_.mended = {.arm = arm, .points = without_strays(sampled(rows_, poses), strays_), .open = {}};
-  rough_mm_ = rough_error(as_given_.mended, names_);
-  as_given_.explanation = explanation(as_given_.mended, placed(as_given_.mended, names_));
+  as_given_.fixed = {.arm = arm, .points = without_strays(sampled(rows_, poses), strays_), .open = {}};
+  rough_mm_ = rough_error(as_given_.fixed, names_);
+  as_given_.explanation = explanation(as_given_.fixed, placed(as_given_.fixed, names_));
 }
 
-Claim Diagnosis::mended(const std::vector<Mistake>& mistakes) const {
+ModelAndPoints Diagnosis::with_fixes(const std::vector<Mistake>& mistakes) const {
   const bool in_order = std::ranges::any_of(mistakes, &Mistake::needs_all_rows);
   const std::span<const Measurement> rows{rows_};
   const auto first = rows.first(std::min(rows.size(), kRowsInOrder));
-  Claim given{.arm = arm_,
-              .points = in_order ? Points{first.begin(), first.end()} : as_given_.mended.points,
-              .open = {}};
-  for (const Mistake& mistake : mistakes) mistake.mend(given);
+  ModelAndPoints given{.arm = arm_,
+                       .points = in_order ? Points{first.begin(), first.end()} : as_given_.fixed.points,
+                       .open = {}};
+  for (const Mistake& mistake : mistakes) mistake.apply_fix(given);
   if (in_order) given.points = without_strays(sampled(given.points, poses_), strays_);
   return given;
 }
 
 /// Whether it leaves next to no error of all rows too; that is then its explanation.
 bool Diagnosis::explains_all_rows(Hypothesis& hypothesis) const {
-  Claim all{.arm = arm_, .points = rows_, .open = {}};
-  for (const Mistake& mistake : hypothesis.mistakes) mistake.mend(all);
+  ModelAndPoints all{.arm = arm_, .points = rows_, .open = {}};
+  for (const Mistake& mistake : hypothesis.mistakes) mistake.apply_fix(all);
   all.points = without_strays(all.points, strays_);
-  all.arm = hypothesis.mended.arm;
+  all.arm = hypothesis.fixed.arm;
   all.open.clear();
   all.before.clear();
   hypothesis.explanation = explanation(all, placed(all, names_));
-  return leaves_next_to_nothing(hypothesis.explanation);
+  return has_negligible_error(hypothesis.explanation);
 }
 
 bool Diagnosis::is_better(const Hypothesis& best, double sigma_mm) const {
@@ -244,14 +244,14 @@ bool Diagnosis::is_better(const Hypothesis& best, double sigma_mm) const {
   CalibratedCell at_base = best.explanation.cell;
   at_base.robot = arm_;
   CalibratedCell with_links = as_given_.explanation.cell;
-  with_links.robot = deviating_alike(arm_, best.mended.arm, best.explanation.cell.robot);
-  return is_worse(as_given_.explanation) && is_worse(explanation(as_given_.mended, at_base)) &&
-         is_worse(explanation(as_given_.mended, with_links));
+  with_links.robot = deviating_alike(arm_, best.fixed.arm, best.explanation.cell.robot);
+  return is_worse(as_given_.explanation) && is_worse(explanation(as_given_.fixed, at_base)) &&
+         is_worse(explanation(as_given_.fixed, with_links));
 }
 
 double Diagnosis::first_look(const std::vector<Mistake>& mistakes) const {
   constexpr double kHopeless = std::numeric_limits<double>::infinity();
-  const Claim next = mended(mistakes);
+  const ModelAndPoints next = with_fixes(mistakes);
   const double rough_mm = rough_error(next, names_);
   if (std::abs(rough_mm - rough_mm_) < kNoChange * rough_mm_) return kHopeless;
   return rough_mm > kMostOfSpread * spread_mm(next.points) ? kHopeless : rough_mm;
@@ -275,11 +275,11 @@ std::vector<Hypothesis> Diagnosis::shortlist(const std::vector<std::vector<Mista
   }
   parallel_for(static_cast<int>(hypotheses.size()), jobs_, [&](int index) {
     Hypothesis& next = hypotheses[static_cast<std::size_t>(index)];
-    next.mended = mended(next.mistakes);
-    next.explanation = explanation(next.mended, placed(next.mended, names_));
-    settle(next.mended, next.explanation.cell);
+    next.fixed = with_fixes(next.mistakes);
+    next.explanation = explanation(next.fixed, placed(next.fixed, names_));
+    settle(next.fixed, next.explanation.cell);
   });
-  std::erase_if(hypotheses, [](const Hypothesis& each) { return !deviates_enough(each.mended); });
+  std::erase_if(hypotheses, [](const Hypothesis& each) { return !exceeds_usual_deviation(each.fixed); });
   return hypotheses;
 }
 
@@ -297,7 +297,7 @@ std::vector<Hypothesis> Diagnosis::explaining(const std::vector<std::vector<Mist
   };
   const Hypothesis best = *std::ranges::min_element(hypotheses, {}, cost);
   const double links = static_cast<double>(ParameterLayout::kLink * arm_.joints.size());
-  if (!leaves_next_to_nothing(best.explanation) || best.explanation.deviation > kMostDeviation * links ||
+  if (!has_negligible_error(best.explanation) || best.explanation.deviation > kMostDeviation * links ||
       !is_better(best, sigma_mm))
     return {};
   std::erase_if(hypotheses, [&](const Hypothesis& each) {

@@ -10,10 +10,10 @@
 
 namespace truepose {
 
-/// One or two mistakes, and what they explain once they are mended.
+/// One or two mistakes, and how well the points are explained once they are fixed.
 struct Hypothesis {
   std::vector<Mistake> mistakes;
-  Claim mended;  ///< with a sample of the points, and in place of what was open what was fitted
+  ModelAndPoints fixed;  ///< with a sample of the points, and in place of what was open what was fitted
   Explanation explanation;
 
   /// "joint 3 turns the other way: with sign 1"
@@ -31,18 +31,18 @@ class Diagnosis {
 
   const Hypothesis& as_given() const { return as_given_; }
 
-  /// Those of the hypotheses that explain the points, the first one all rows: next to no error is left, the
-  /// arm with the mistake mended deviates no more than arms do, and the arm as given does not do as well from
-  /// where the mended one stands. Simplest first; empty where the arm as given is right or nothing explains
-  /// it.
+  /// The hypotheses that explain the points, the first one all rows: the residual is next to zero, the fixed
+  /// arm deviates no more than arms do, and the arm as given is not as good when it is fitted from the fixed
+  /// arm's start. Simplest first; empty if the arm as given is right or no hypothesis explains the points.
   ///
   /// A mistake explains more than another if it leaves fewer misses or needs smaller deviations of the links.
   std::vector<Hypothesis> explaining(const std::vector<std::vector<Mistake>>& hypotheses,
                                      double most_rough_mm) const;
 
  private:
-  Claim mended(const std::vector<Mistake>& mistakes) const;
-  /// What the mistakes leave in the middle once mended; infinite where they change nothing or are hopeless.
+  ModelAndPoints with_fixes(const std::vector<Mistake>& mistakes) const;
+  /// Median error once the mistakes are fixed; infinite if the fix changes nothing or the hypothesis is
+  /// hopeless.
   double first_look(const std::vector<Mistake>& mistakes) const;
   bool explains_all_rows(Hypothesis& hypothesis) const;
   std::vector<Hypothesis> shortlist(const std::vector<std::vector<Mistake>>& hypotheses,

@@ -17,7 +17,7 @@ constexpr std::size_t kDescents =
     16;  // from the best of 53 starts; with 8 the right arm is missed now and then
 constexpr int kMostSteps = 20;
 constexpr double kStillFalls = 0.98;  // of the difference before the step
-constexpr double kFarOff = 5;         // times the median: the ends of both sets, where gross errors stand
+constexpr double kFarOff = 5;         // times the median: the ends of both sets, where outliers stand
 constexpr double kHold = 1e-3;        // of a reflector that the distances do not show
 
 /// The rows' points as a linear function of where the reflectors are at the flange, about their own mean.

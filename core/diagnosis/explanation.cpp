@@ -76,7 +76,7 @@ CalibratedCell with_open(const CalibratedCell& start, const Points& points, cons
 }
 
 /// What is known of the links of a case before they are fitted.
-Prior link_prior(const Claim& given, const CalibratedCell& start) {
+Prior link_prior(const ModelAndPoints& given, const CalibratedCell& start) {
   CalibratedCell centre = start;
   centre.robot = given.arm;
   Prior prior = loose_prior(centre, given.open);
@@ -137,13 +137,13 @@ std::vector<double> misses(const CalibratedCell& cell, std::span<const Measureme
   return miss_mm;
 }
 
-double rough_error(const Claim& given, Names names) {
+double rough_error(const ModelAndPoints& given, Names names) {
   constexpr int kIterations = 6;
   const CalibratedCell cell = placement(given.arm, names, given.points, PlacementSearch::Near);
   return median(misses(with_open(cell, given.points, given.open, kIterations), given.points));
 }
 
-CalibratedCell placed(const Claim& given, Names names) {
+CalibratedCell placed(const ModelAndPoints& given, Names names) {
   constexpr int kIterations = 20;
   const Points better = nearest(placement(given.arm, names, given.points), given.points);
   return with_open(placement(given.arm, names, better), better, given.open, kIterations);
@@ -151,7 +151,7 @@ CalibratedCell placed(const Claim& given, Names names) {
 
 double usual_deviation(int parameter) { return is_length(parameter) ? 3 : 0.015; }
 
-Explanation explanation(const Claim& given, const CalibratedCell& start) {
+Explanation explanation(const ModelAndPoints& given, const CalibratedCell& start) {
   const Prior prior = link_prior(given, start);
   Explanation result{.cell = settled(start, prior, given.points),
                      .coarse_mm = median(misses(start, given.points))};

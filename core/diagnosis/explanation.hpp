@@ -18,7 +18,7 @@ struct Explanation {
   double largest_deviation = 0;
 
   double error_mm() const;  ///< median of miss_mm
-  /// Squared misses in standard deviations of a coordinate, of a gross error no more than some.
+  /// Squared misses in standard deviations of a coordinate, of an outlier no more than some.
   double misfit(double sigma_mm) const;
   double share_missed() const;  ///< part of the points that it misses many times as far as the middle one
 };
@@ -26,22 +26,22 @@ struct Explanation {
 /// Distances of the points from where the cell's arm puts them.
 std::vector<double> misses(const CalibratedCell& cell, std::span<const Measurement> points);
 
-/// Base, reflectors and what is open fitted to the better part of the points, so that a few gross errors do
-/// not speak against the arm.
-CalibratedCell placed(const Claim& given, std::span<const std::string> smr_names);
+/// Base, reflectors and what is open fitted to the better part of the points, so that a few outliers do not
+/// speak against the arm.
+CalibratedCell placed(const ModelAndPoints& given, std::span<const std::string> smr_names);
 
 /// What `placed` leaves in the middle, at a fraction of its cost.
-double rough_error(const Claim& given, std::span<const std::string> smr_names);
+double rough_error(const ModelAndPoints& given, std::span<const std::string> smr_names);
 
 /// Fits the links too, each held to where it is by what arms are off by, from a start and from the points
 /// that are trusted there.
-Explanation explanation(const Claim& given, const CalibratedCell& start);
+Explanation explanation(const ModelAndPoints& given, const CalibratedCell& start);
 
 /// Standard deviation (3 mm, 15 mrad) by which a parameter of a real arm's links is off.
 double usual_deviation(int parameter);
 
-inline constexpr double kShows_mm = 0.05;    ///< more than a tracker and bearings leave at random
-inline constexpr double kMostSigmas = 3;     ///< a link off by more is no mere deviation
+inline constexpr double kDetectable_mm = 0.05;  ///< more than a tracker and bearings leave at random
+inline constexpr double kMostSigmas = 3;        ///< a link off by more is no mere deviation
 inline constexpr double kGrossErrors = 0.1;  ///< part of the points that may be wrong in files that are right
 
 }  // namespace truepose

@@ -16,7 +16,7 @@ namespace {
 using Points = std::vector<Measurement>;
 using ReflectorNames = std::vector<std::string>;
 
-constexpr std::size_t kFewestRows = 8;  // on either side: fewer are gross errors, and place no arm
+constexpr std::size_t kFewestRows = 8;  // on either side: fewer are outliers, and place no arm
 constexpr double kOtherSetUp_mm = 50;   // a tracker that moved by less was bumped
 constexpr int kRounds = 3;
 
@@ -26,7 +26,7 @@ constexpr int kRounds = 3;
 std::size_t change_between(const std::vector<double>& earlier, const std::vector<double>& later) {
   std::vector<double> better;
   for (std::size_t i = 0; i < earlier.size(); ++i) better.push_back(std::min(earlier[i], later[i]));
-  const double most = 10 * median(better);  // a row counts no more, so that gross errors do not decide
+  const double most = 10 * median(better);  // a row counts no more, so that outliers do not decide
   double cost = 0;
   for (const double miss : later) cost += std::min(miss, most);
   double least = cost;
@@ -51,7 +51,7 @@ Points converted(Points rows, double mm) {
 }
 
 /// Rows in another unit: those from a row on, or those before it.
-void convert_from_a_row_on(const ReflectorNames& names, double mm, bool later, Claim& given) {
+void convert_rows_from(const ReflectorNames& names, double mm, bool later, ModelAndPoints& given) {
   const Points& rows = given.points;
   if (rows.size() < 2 * kFewestRows) return;
   const auto third = static_cast<std::ptrdiff_t>(rows.size() / 3);
@@ -72,10 +72,10 @@ void convert_from_a_row_on(const ReflectorNames& names, double mm, bool later, C
 Mistake unit_from_a_row_on(const ReflectorNames& names, const char* unit, double mm, bool later) {
   return {.file = MistakenFile::Measurements,
           .key = "x, y, z",
-          .mend = [=](Claim& given) { convert_from_a_row_on(names, mm, later, given); },
+          .apply_fix = [=](ModelAndPoints& given) { convert_rows_from(names, mm, later, given); },
           .words =
-              [=](const RobotModel&, const Claim& mended) {
-                const std::string row = std::to_string(mended.from_row);
+              [=](const RobotModel&, const ModelAndPoints& fixed) {
+                const std::string row = std::to_string(fixed.from_row);
                 return MistakeWords{later ? "from row " + row + " on the points are in " + unit + ", not mm"
                                           : "before row " + row + " the points are in " + unit +
                                                 ", and from row " + row + " on in mm",
@@ -85,7 +85,7 @@ Mistake unit_from_a_row_on(const ReflectorNames& names, const char* unit, double
 }
 
 /// Brings the rows from another set-up on to where the first one would have seen them.
-void bring_set_ups_together(const ReflectorNames& names, Claim& given) {
+void join_setups(const ReflectorNames& names, ModelAndPoints& given) {
   const Points& rows = given.points;
   if (rows.size() < 2 * kFewestRows) return;
   const std::size_t third = rows.size() / 3;
@@ -122,15 +122,15 @@ std::vector<Mistake> mistakes_from_a_row_on(std::span<const std::string> smr_nam
     for (const bool later : {true, false}) mistakes.push_back(unit_from_a_row_on(names, unit, mm, later));
   mistakes.push_back({.file = MistakenFile::Measurements,
                       .key = "x, y, z",
-                      .mend = [names](Claim& given) { bring_set_ups_together(names, given); },
+                      .apply_fix = [names](ModelAndPoints& given) { join_setups(names, given); },
                       .words =
-                          [](const RobotModel&, const Claim& mended) {
-                            return MistakeWords{"from row " + std::to_string(mended.from_row) +
+                          [](const RobotModel&, const ModelAndPoints& fixed) {
+                            return MistakeWords{"from row " + std::to_string(fixed.from_row) +
                                                     " on the points are of another set-up of the tracker",
                                                 "these rows as a second --data"};
                           },
                       .needs_all_rows = true,
-                      .is_mended_by_hand = true});
+                      .needs_manual_fix = true});
   return mistakes;
 }
 

@@ -36,12 +36,12 @@ std::vector<Measurement> shifted(std::span<const Measurement> points, int rows) 
 
 std::optional<std::string> wrong_columns(const CalibratedCell& cell, std::span<const Measurement> points,
                                          double most_mm) {
-  const Claim given{.arm = cell.robot, .points{points.begin(), points.end()}, .open = {}};
+  const ModelAndPoints given{.arm = cell.robot, .points{points.begin(), points.end()}, .open = {}};
   for (const Mistake& mistake : file_mistakes(cell.robot)) {
     if (mistake.file != MistakenFile::Measurements) continue;
-    Claim mended = given;
-    mistake.mend(mended);
-    if (middle_error_mm(cell, mended.points) < most_mm) return mistake.words(cell.robot, mended).wrong;
+    ModelAndPoints fixed = given;
+    mistake.apply_fix(fixed);
+    if (middle_error_mm(cell, fixed.points) < most_mm) return mistake.words(cell.robot, fixed).wrong;
   }
   return std::nullopt;
 }

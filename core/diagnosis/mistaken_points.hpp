@@ -9,11 +9,10 @@
 
 namespace truepose {
 
-/// What is wrong with all points alike, where a calibrated cell says so: units, columns, joints that stand
-/// beside another row's point ("the points are in m, not mm").
+/// What is wrong with all points alike, where a calibrated cell says so: units, columns, joints in the row of
+/// another point ("the points are in m, not mm").
 ///
-/// Said where the points are more than a centimetre off in the middle and a fiftieth of that remains once it
-/// is mended.
+/// Reported if the median error of the points is more than a centimetre and the fix reduces it to a fiftieth.
 ///
 /// @param points  in the order of the file
 std::optional<std::string> mistaken_points(const CalibratedCell& cell, std::span<const Measurement> points);

@@ -35,34 +35,37 @@ bool turns(const Joint& joint) { return joint.type == JointType::Revolute; }
 
 /// A mistake whose words do not depend on what is fitted.
 Mistake mistake(MistakenFile file, int joint, std::string key, MistakeWords words,
-                std::function<void(Claim&)> mend) {
+                std::function<void(ModelAndPoints&)> apply_fix) {
   return {.file = file,
           .joint = joint,
           .key = std::move(key),
-          .mend = std::move(mend),
-          .words = [words = std::move(words)](const RobotModel&, const Claim&) { return words; }};
+          .apply_fix = std::move(apply_fix),
+          .words = [words = std::move(words)](const RobotModel&, const ModelAndPoints&) { return words; }};
 }
 
-Mistake of_joint(std::size_t i, std::string key, MistakeWords words, std::function<void(Joint&)> mend) {
-  return mistake(MistakenFile::Robot, static_cast<int>(i), std::move(key), std::move(words),
-                 [i, mend = std::move(mend)](Claim& given) { mend(given.arm.joints[i]); });
+Mistake of_joint(std::size_t i, std::string key, MistakeWords words, std::function<void(Joint&)> apply_fix) {
+  return mistake(
+      MistakenFile::Robot, static_cast<int>(i), std::move(key), std::move(words),
+      [i, apply_fix = std::move(apply_fix)](ModelAndPoints& given) { apply_fix(given.arm.joints[i]); });
 }
 
-Mistake of_file(std::string key, MistakeWords words, std::function<void(RobotModel&)> mend) {
+Mistake of_file(std::string key, MistakeWords words, std::function<void(RobotModel&)> apply_fix) {
   return mistake(MistakenFile::Robot, -1, std::move(key), std::move(words),
-                 [mend = std::move(mend)](Claim& given) { mend(given.arm); });
+                 [apply_fix = std::move(apply_fix)](ModelAndPoints& given) { apply_fix(given.arm); });
 }
 
-Mistake of_points(std::string columns, MistakeWords words, std::function<void(Measurement&)> mend) {
+Mistake of_points(std::string columns, MistakeWords words, std::function<void(Measurement&)> apply_fix) {
   return mistake(MistakenFile::Measurements, -1, std::move(columns), std::move(words),
-                 [mend = std::move(mend)](Claim& given) { std::ranges::for_each(given.points, mend); });
+                 [apply_fix = std::move(apply_fix)](ModelAndPoints& given) {
+                   std::ranges::for_each(given.points, apply_fix);
+                 });
 }
 
 Mistake turned_sign(const Joint& joint, std::size_t i) {
   return of_joint(i, "sign",
                   {"joint " + joint_text(i) + (turns(joint) ? " turns" : " moves") + " the other way",
                    "sign " + number_text(-joint.sign)},
-                  [](Joint& mended) { mended.sign *= -1; });
+                  [](Joint& fixed) { fixed.sign *= -1; });
 }
 
 void add_alphas(const RobotModel& robot, std::vector<Mistake>& mistakes) {
@@ -84,7 +87,7 @@ void add_swapped_lengths(const RobotModel& robot, std::vector<Mistake>& mistakes
         of_joint(i, "a, d",
                  {"a and d of joint " + joint_text(i) + " are swapped",
                   "a " + number_text(joint.d_mm) + " mm and d " + number_text(joint.a_mm) + " mm"},
-                 [](Joint& mended) { std::swap(mended.a_mm, mended.d_mm); }));
+                 [](Joint& fixed) { std::swap(fixed.a_mm, fixed.d_mm); }));
   }
 }
 
@@ -208,7 +211,7 @@ void add_couplings(const RobotModel& robot, std::vector<Mistake>& mistakes) {
       mistakes.push_back(mistake(
           MistakenFile::Robot, -1, "coupling",
           {"joint " + joint_text(k) + " is coupled to joint " + joint_text(k - 1), "coupling " + entry},
-          [i, factor](Claim& given) {
+          [i, factor](ModelAndPoints& given) {
             given.arm.coupling.push_back({i, i - 1, factor});
           }));
     }
@@ -225,7 +228,8 @@ Mistake turned_signs(const RobotModel& robot, std::uint32_t which) {
     joints += (joints.empty() ? "" : last ? " and " : ", ") + joint_text(i);
   }
   return mistake(MistakenFile::Robot, first, "sign",
-                 {"joints " + joints + " turn the other way", "their signs changed"}, [which](Claim& given) {
+                 {"joints " + joints + " turn the other way", "their signs changed"},
+                 [which](ModelAndPoints& given) {
                    for (std::size_t i = 0; i < given.arm.joints.size(); ++i) {
                      if ((which >> i & 1U) != 0) given.arm.joints[i].sign *= -1;
                    }
@@ -250,26 +254,27 @@ struct Found {
   double before = 0, after = 0;
 };
 
-Found found(const Claim& mended, std::size_t i, LinkEntry entry) {
-  const auto at = std::ranges::find(mended.open, link_parameter(i, entry)) - mended.open.begin();
-  return {mended.before[static_cast<std::size_t>(at)], mended.arm.joints[i].*entry_of(entry)};
+Found found(const ModelAndPoints& fixed, std::size_t i, LinkEntry entry) {
+  const auto at = std::ranges::find(fixed.open, link_parameter(i, entry)) - fixed.open.begin();
+  return {fixed.before[static_cast<std::size_t>(at)], fixed.arm.joints[i].*entry_of(entry)};
 }
 
 /// @param start  of the fit, counted from the value that stands there
 Mistake open_mistake(std::size_t i, LinkEntry entry, const std::string& key, double start,
                      std::function<MistakeWords(const Found&)> words) {
-  return {.file = MistakenFile::Robot,
-          .joint = static_cast<int>(i),
-          .key = key,
-          .mend =
-              [i, entry, start](Claim& given) {
-                double& value = given.arm.joints[i].*entry_of(entry);
-                given.open.push_back(link_parameter(i, entry));
-                given.before.push_back(value);
-                value += start;
-              },
-          .words = [i, entry, words = std::move(words)](
-                       const RobotModel&, const Claim& mended) { return words(found(mended, i, entry)); }};
+  return {
+      .file = MistakenFile::Robot,
+      .joint = static_cast<int>(i),
+      .key = key,
+      .apply_fix =
+          [i, entry, start](ModelAndPoints& given) {
+            double& value = given.arm.joints[i].*entry_of(entry);
+            given.open.push_back(link_parameter(i, entry));
+            given.before.push_back(value);
+            value += start;
+          },
+      .words = [i, entry, words = std::move(words)](
+                   const RobotModel&, const ModelAndPoints& fixed) { return words(found(fixed, i, entry)); }};
 }
 
 /// A zero that is sought from several angles, since a fit finds the nearest one alone.
@@ -312,9 +317,9 @@ std::vector<Mistake> zero_mistakes(const RobotModel& robot) {
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     for (const double error : {kRight, -kRight, 2 * kRight}) {
       mistakes.push_back(of_joint(i, "theta", {}, [error](Joint& joint) { joint.theta_rad -= error; }));
-      mistakes.back().words = [i, error](const RobotModel&, const Claim& mended) {
+      mistakes.back().words = [i, error](const RobotModel&, const ModelAndPoints& fixed) {
         return MistakeWords{"theta of joint " + joint_text(i) + " is off by " + degrees_text(error),
-                            "theta " + degrees_text(mended.arm.joints[i].theta_rad)};
+                            "theta " + degrees_text(fixed.arm.joints[i].theta_rad)};
       };
     }
   }

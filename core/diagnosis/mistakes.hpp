@@ -9,8 +9,8 @@
 
 namespace truepose {
 
-/// An arm and the points that it is to explain, as given or with mistakes mended.
-struct Claim {
+/// An arm and the points that it has to explain, as given or with mistakes fixed.
+struct ModelAndPoints {
   RobotModel arm;
   std::vector<Measurement> points;
   std::vector<int> open;  ///< parameters of the links, from the first link's on, of which nothing is known
@@ -20,7 +20,7 @@ struct Claim {
 
 enum class MistakenFile { Robot, Measurements };
 
-/// What a mistake is called once it is mended.
+/// The description of a mistake and of its fix.
 struct MistakeWords {
   std::string wrong;   ///< "joint 3 turns the other way"
   std::string remedy;  ///< "sign -1"
@@ -31,10 +31,10 @@ struct Mistake {
   MistakenFile file = MistakenFile::Robot;
   int joint = -1;   ///< of the robot file, from 0; -1: all of them
   std::string key;  ///< of the robot file ("sign"), or columns of the measurements ("q2, q3")
-  std::function<void(Claim&)> mend;
-  std::function<MistakeWords(const RobotModel& given, const Claim& mended)> words;
-  bool needs_all_rows = false;     ///< mends the order of the rows, which a sample does not show
-  bool is_mended_by_hand = false;  ///< no file can be written that is right: the remedy says what to do
+  std::function<void(ModelAndPoints&)> apply_fix;
+  std::function<MistakeWords(const RobotModel& given, const ModelAndPoints& fixed)> words;
+  bool needs_all_rows = false;    ///< its fix changes the order of the rows, which a sample does not show
+  bool needs_manual_fix = false;  ///< no file can be written that is right: the remedy says what to do
 };
 
 /// Each joint turning the other way.

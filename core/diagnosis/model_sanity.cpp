@@ -22,7 +22,7 @@ namespace truepose {
 namespace {
 
 constexpr double kDeviates_mm = 5;             // up to here an arm may merely deviate
-constexpr double kBetter = 2;                  // times: what mending a gross mistake makes an arm at least
+constexpr double kBetter = 2;                  // times: smallest improvement by the fix of a gross mistake
 constexpr double kBetterIdentified = 1.3;      // times: the same of a hidden one
 constexpr double kBetterOfSeveral = 5;         // times: reflectors whose names are exchanged
 constexpr std::size_t kPosesToJudge = 8;       // with fewer, chance and a failed fit explain as much
@@ -42,11 +42,11 @@ std::string mm_text(double mm) {
   return formatted("%.*f mm", decimals, mm);
 }
 
-Suspicion told(Suspicion suspicion, double error_mm, const char* which) {
-  suspicion.error_mm = error_mm;
-  suspicion.sentence += std::string(" the ") + which + " error falls from " + mm_text(error_mm) + " to " +
-                        mm_text(suspicion.mended_mm);
-  return suspicion;
+ProbableCause with_errors(ProbableCause cause, double error_mm, const char* which) {
+  cause.error_mm = error_mm;
+  cause.sentence += std::string(" the ") + which + " error falls from " + mm_text(error_mm) + " to " +
+                    mm_text(cause.fixed_mm);
+  return cause;
 }
 
 Tries alone(const std::vector<Mistake>& mistakes) {
@@ -59,8 +59,8 @@ void append(std::vector<Mistake>& all, std::vector<Mistake> more) {
   std::ranges::move(more, std::back_inserter(all));
 }
 
-/// What leaves nothing open, in the order in which it is mended: the units of a robot file, what is wrong in
-/// one of its rows, then in whole files.
+/// Mistakes without an unknown value, in the order of their fixes: the units of a robot file, mistakes in one
+/// of its rows, then in whole files.
 std::vector<Mistake> closed_mistakes(const RobotModel& arm) {
   std::vector<Mistake> mistakes = robot_unit_mistakes();
   append(mistakes, row_mistakes(arm));
@@ -68,8 +68,8 @@ std::vector<Mistake> closed_mistakes(const RobotModel& arm) {
   return mistakes;
 }
 
-/// What can be combined with each other: then what is open, then the order of the rows, judged with all else
-/// mended.
+/// Mistakes that can be combined: then those with an unknown value, then the order of the rows, judged with
+/// all others fixed.
 std::vector<Mistake> all_mistakes(const RobotModel& arm, std::span<const std::string> names) {
   std::vector<Mistake> mistakes = closed_mistakes(arm);
   append(mistakes, open_mistakes(arm));
@@ -97,9 +97,9 @@ Tries likeliest_in_any_order(const std::vector<Mistake>& mistakes, const RobotMo
   std::vector<double> difference_mm(mistakes.size());
   parallel_for(static_cast<int>(mistakes.size()), jobs, [&](int index) {
     const auto k = static_cast<std::size_t>(index);
-    Claim mended{.arm = nominal, .points = data.points, .open = {}};
-    mistakes[k].mend(mended);
-    difference_mm[k] = difference_as_sets(mended.arm, data.smr_names.size(), mended.points);
+    ModelAndPoints fixed{.arm = nominal, .points = data.points, .open = {}};
+    mistakes[k].apply_fix(fixed);
+    difference_mm[k] = difference_as_sets(fixed.arm, data.smr_names.size(), fixed.points);
   });
   std::vector<std::size_t> likeliest(mistakes.size());
   std::iota(likeliest.begin(), likeliest.end(), 0);
@@ -110,61 +110,62 @@ Tries likeliest_in_any_order(const std::vector<Mistake>& mistakes, const RobotMo
   return tries;
 }
 
-Suspicion suspicion_of(const std::vector<Hypothesis>& explaining, const RobotModel& nominal,
+ProbableCause cause_of(const std::vector<Hypothesis>& explaining, const RobotModel& nominal,
                        const MeasurementData& data) {
   const Hypothesis& first = explaining.front();
-  Claim mended{.arm = nominal, .points = data.points, .open = {}};
-  for (const Mistake& mistake : first.mistakes) mistake.mend(mended);
-  Suspicion suspicion{.sentence = first.sentence(nominal),
+  ModelAndPoints fixed{.arm = nominal, .points = data.points, .open = {}};
+  for (const Mistake& mistake : first.mistakes) mistake.apply_fix(fixed);
+  ProbableCause cause{.sentence = first.sentence(nominal),
                       .mistakes = first.mistakes,
-                      .mended_arm = first.mended.arm,
-                      .mended_points = std::move(mended.points)};
+                      .fixed_arm = first.fixed.arm,
+                      .fixed_points = std::move(fixed.points)};
   for (std::size_t k = 1; k < explaining.size(); ++k)
-    suspicion.also_fits.push_back(explaining[k].sentence(nominal));
-  return suspicion;
+    cause.also_fits.push_back(explaining[k].sentence(nominal));
+  return cause;
 }
 
 /// With the errors that base and reflectors alone leave, where they are more than an arm's that merely
 /// deviates; where these hardly fall those of the links fitted too; where the links make up for a mistake, as
 /// the d of parallel axes do for each other, with how far they are off for that; or else with how many points
 /// fit nowhere, which the middle one does not show; nothing where none falls.
-std::optional<Suspicion> told(const std::vector<Hypothesis>& explaining, const Diagnosis& diagnosis,
-                              const RobotModel& nominal, const MeasurementData& data) {
+std::optional<ProbableCause> probable_cause(const std::vector<Hypothesis>& explaining,
+                                            const Diagnosis& diagnosis, const RobotModel& nominal,
+                                            const MeasurementData& data) {
   if (explaining.empty()) return std::nullopt;
   const Explanation& given = diagnosis.as_given().explanation;
-  const Explanation& mended = explaining.front().explanation;
-  Suspicion suspicion = suspicion_of(explaining, nominal, data);
-  suspicion.error_mm = given.error_mm();
-  suspicion.mended_mm = mended.error_mm();
-  if (given.coarse_mm > kDeviates_mm && mended.coarse_mm < given.coarse_mm / kBetter) {
-    suspicion.mended_mm = mended.coarse_mm;
-    return told(std::move(suspicion), given.coarse_mm, "coarse");
+  const Explanation& fixed = explaining.front().explanation;
+  ProbableCause cause = cause_of(explaining, nominal, data);
+  cause.error_mm = given.error_mm();
+  cause.fixed_mm = fixed.error_mm();
+  if (given.coarse_mm > kDeviates_mm && fixed.coarse_mm < given.coarse_mm / kBetter) {
+    cause.fixed_mm = fixed.coarse_mm;
+    return with_errors(std::move(cause), given.coarse_mm, "coarse");
   }
-  if (mended.error_mm() < given.error_mm() / kBetterIdentified &&
-      mended.error_mm() < given.error_mm() - kShows_mm)
-    return told(std::move(suspicion), given.error_mm(), "identified arm's");
-  if (given.largest_deviation >= kMostSigmas && mended.largest_deviation < kMostSigmas) {
-    suspicion.sentence += formatted(
+  if (fixed.error_mm() < given.error_mm() / kBetterIdentified &&
+      fixed.error_mm() < given.error_mm() - kDetectable_mm)
+    return with_errors(std::move(cause), given.error_mm(), "identified arm's");
+  if (given.largest_deviation >= kMostSigmas && fixed.largest_deviation < kMostSigmas) {
+    cause.sentence += formatted(
         " the largest deviation of a link falls from %.2g to %.2g times what arms are usually off by",
-        given.largest_deviation, mended.largest_deviation);
-    return suspicion;
+        given.largest_deviation, fixed.largest_deviation);
+    return cause;
   }
   // Of a row that is missing alone: a badly built arm may be bent to fit more points, and rows in any order
   // fit most.
   const Hypothesis& first = explaining.front();
-  const bool is_gap = first.mistakes.size() == 1 && first.mended.from_row > 0;
+  const bool is_gap = first.mistakes.size() == 1 && first.fixed.from_row > 0;
   if (is_gap && given.share_missed() > kGrossErrors &&
-      mended.share_missed() < given.share_missed() / kBetter) {
-    suspicion.sentence += formatted(" %.0f %% of the points fit nowhere in place of %.0f %%",
-                                    100 * mended.share_missed(), 100 * given.share_missed());
-    return suspicion;
+      fixed.share_missed() < given.share_missed() / kBetter) {
+    cause.sentence += formatted(" %.0f %% of the points fit nowhere in place of %.0f %%",
+                                100 * fixed.share_missed(), 100 * given.share_missed());
+    return cause;
   }
   return std::nullopt;
 }
 
 /// A mistake that shows with base and reflectors alone.
-std::optional<Suspicion> gross_mistake(const Diagnosis& diagnosis, const RobotModel& nominal,
-                                       const MeasurementData& data, int jobs) {
+std::optional<ProbableCause> gross_mistake(const Diagnosis& diagnosis, const RobotModel& nominal,
+                                           const MeasurementData& data, int jobs) {
   constexpr double kAny = std::numeric_limits<double>::infinity();
   const std::vector<Mistake> mistakes = all_mistakes(nominal, data.smr_names);
   std::vector<Mistake> single = mistakes;
@@ -175,31 +176,31 @@ std::optional<Suspicion> gross_mistake(const Diagnosis& diagnosis, const RobotMo
   auto explaining = diagnosis.explaining(alone(single), kAny);
   if (explaining.empty()) explaining = diagnosis.explaining({{unordered}}, kAny);
   // Two mistakes at once put an arm far from its points.
-  if (explaining.empty() && diagnosis.as_given().explanation.coarse_mm < kFarthestError_mm)
-    return std::nullopt;
+  if (explaining.empty() && diagnosis.as_given().explanation.coarse_mm < kMaxArmError_mm) return std::nullopt;
   if (explaining.empty()) explaining = diagnosis.explaining(pairs_of(mistakes), kAny);
   if (explaining.empty())
     explaining =
         diagnosis.explaining(likeliest_in_any_order(closed_mistakes(nominal), nominal, data, jobs), kAny);
-  return told(explaining, diagnosis, nominal, data);
+  return probable_cause(explaining, diagnosis, nominal, data);
 }
 
 /// A mistake that hardly shows before the links are identified: a reflector near an axis does not see which
 /// way its joint turns.
-std::optional<Suspicion> hidden_mistake(const RobotModel& nominal, const MeasurementData& data, int jobs) {
+std::optional<ProbableCause> hidden_mistake(const RobotModel& nominal, const MeasurementData& data,
+                                            int jobs) {
   const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPosesToIdentify, jobs);
   const Explanation& given = diagnosis.as_given().explanation;
-  if (given.error_mm() < kShows_mm && given.share_missed() < kGrossErrors) return std::nullopt;
+  if (given.error_mm() < kDetectable_mm && given.share_missed() < kGrossErrors) return std::nullopt;
   std::vector<Mistake> mistakes = sign_mistakes(nominal);
   append(mistakes, zero_mistakes(nominal));
   append(mistakes, row_order_mistakes(data.smr_names));
   const auto explaining = diagnosis.explaining(alone(mistakes), kHides * given.coarse_mm);
-  return told(explaining, diagnosis, nominal, data);
+  return probable_cause(explaining, diagnosis, nominal, data);
 }
 
 /// Reflectors whose names are mixed up in some poses. Judged by those poses alone: few of them would not show
 /// in the error of all.
-std::optional<Suspicion> mixed_reflectors(const RobotModel& nominal, const MeasurementData& data) {
+std::optional<ProbableCause> mixed_reflectors(const RobotModel& nominal, const MeasurementData& data) {
   const Relabelled renamed = relabelled(nominal, data.smr_names, data.points);
   Points before, after;
   for (std::size_t k = 0; k < data.points.size(); ++k) {
@@ -211,12 +212,12 @@ std::optional<Suspicion> mixed_reflectors(const RobotModel& nominal, const Measu
 
   const CalibratedCell cell = placed({.arm = nominal, .points = renamed.points, .open = {}}, data.smr_names);
   const double error_mm = median(misses(cell, before));
-  Suspicion mixed{.mended_mm = median(misses(cell, after))};
-  if (error_mm < kDeviates_mm || error_mm < kBetterOfSeveral * mixed.mended_mm) return std::nullopt;
+  ProbableCause mixed{.fixed_mm = median(misses(cell, after))};
+  if (error_mm < kDeviates_mm || error_mm < kBetterOfSeveral * mixed.fixed_mm) return std::nullopt;
   mixed.sentence = "the reflectors are mixed up in " + std::to_string(renamed.rows.size()) + " of " +
                    std::to_string(pose_groups(data.points).size()) + " poses (first in row " +
                    std::to_string(renamed.rows.front()) + "): with their names exchanged";
-  return told(std::move(mixed), error_mm, "coarse");
+  return with_errors(std::move(mixed), error_mm, "coarse");
 }
 
 /// Whether the links need only be off by what arms are off by to explain the points: then no mistake does it
@@ -226,8 +227,8 @@ bool merely_deviates(const Explanation& as_given, double gross_errors) {
          as_given.error_mm() < kExplained * as_given.coarse_mm;
 }
 
-/// Whether the arm holds its flange's orientation all along, by which little of it can be told: what the best
-/// fits of two arms leave then differs by chance.
+/// Whether the flange's orientation is the same at all points. Few parameters are then identifiable, and the
+/// residuals of the best fits of two arms differ by chance only.
 bool holds_its_flange(const RobotModel& robot, const Points& points) {
   constexpr double kHeld_rad = 0.1 * kRadPerDeg;
   const std::vector<Eigen::Isometry3d> flange = flange_poses(robot, points);
@@ -244,31 +245,31 @@ double reach_mm(const RobotModel& robot) {
 }
 
 /// Robot file and points in metres fit each other, and no arm.
-std::optional<Suspicion> all_in_metres(const RobotModel& nominal, const MeasurementData& data) {
-  if (!reaches_nowhere(nominal)) return std::nullopt;
-  Claim mended{.arm = nominal, .points = data.points, .open = {}};
+std::optional<ProbableCause> all_in_metres(const RobotModel& nominal, const MeasurementData& data) {
+  if (!has_no_reach(nominal)) return std::nullopt;
+  ModelAndPoints fixed{.arm = nominal, .points = data.points, .open = {}};
   const std::vector<Mistake> mistakes = metres_for_mm();
-  for (const Mistake& mistake : mistakes) mistake.mend(mended);
+  for (const Mistake& mistake : mistakes) mistake.apply_fix(fixed);
   const double left_mm =
-      Diagnosis(mended.arm, data.smr_names, mended.points, kPoses).as_given().explanation.coarse_mm;
-  if (left_mm > kFarthestError_mm) return std::nullopt;
-  return Suspicion{.error_mm = left_mm,
-                   .mended_mm = left_mm,
-                   .sentence =
-                       "the lengths of the robot file and the points are in m, not mm: as they "
-                       "stand the arm reaches no farther than " +
-                       mm_text(reach_mm(nominal)),
-                   .also_fits = {},
-                   .mistakes = mistakes,
-                   .mended_arm = mended.arm,
-                   .mended_points = mended.points};
+      Diagnosis(fixed.arm, data.smr_names, fixed.points, kPoses).as_given().explanation.coarse_mm;
+  if (left_mm > kMaxArmError_mm) return std::nullopt;
+  return ProbableCause{.error_mm = left_mm,
+                       .fixed_mm = left_mm,
+                       .sentence =
+                           "the lengths of the robot file and the points are in m, not mm: as they "
+                           "stand the arm reaches no farther than " +
+                           mm_text(reach_mm(nominal)),
+                       .also_fits = {},
+                       .mistakes = mistakes,
+                       .fixed_arm = fixed.arm,
+                       .fixed_points = fixed.points};
 }
 
-Suspicion unexplained(const RobotModel& nominal, const Hypothesis& as_given) {
+ProbableCause unexplained(const RobotModel& nominal, const Hypothesis& as_given) {
   const Explanation& given = as_given.explanation;
-  const std::string where = failure_pattern(nominal, as_given.mended.points, given.miss_mm);
+  const std::string where = failure_pattern(nominal, as_given.fixed.points, given.miss_mm);
   return {.error_mm = given.coarse_mm,
-          .mended_mm = given.coarse_mm,
+          .fixed_mm = given.coarse_mm,
           .sentence = "the nominal arm misses the points by " + mm_text(given.coarse_mm) +
                       " and neither one nor two of the usual mistakes explain it (" +
                       (where.empty() ? "alike everywhere" : "with the links fitted most at " + where) +
@@ -277,22 +278,23 @@ Suspicion unexplained(const RobotModel& nominal, const Hypothesis& as_given) {
 
 }  // namespace
 
-std::string in_words(const Suspicion& suspicion) {
-  std::string words = suspicion.sentence;
+std::string in_words(const ProbableCause& cause) {
+  std::string words = cause.sentence;
   constexpr std::size_t kMostNamed = 4;
-  const std::size_t others = suspicion.also_fits.size(), named = std::min(others, kMostNamed);
+  const std::size_t others = cause.also_fits.size(), named = std::min(others, kMostNamed);
   for (std::size_t k = 0; k < named; ++k)
-    words += (k == 0 ? "; the data fit as well if " : ", or if ") + suspicion.also_fits[k];
+    words += (k == 0 ? "; the data fit as well if " : ", or if ") + cause.also_fits[k];
   if (others > named) words += ", or in " + std::to_string(others - named) + " other ways";
   return words;
 }
 
-bool reaches_nowhere(const RobotModel& robot) {
+bool has_no_reach(const RobotModel& robot) {
   constexpr double kNoArm_mm = 20;  // the smallest arms reach ten times as far
   return reach_mm(robot) < kNoArm_mm;
 }
 
-std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data, int jobs) {
+std::optional<ProbableCause> diagnose_files(const RobotModel& nominal, const MeasurementData& data,
+                                            int jobs) {
   if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
   if (auto in_metres = all_in_metres(nominal, data)) return in_metres;
   if (auto mixed = mixed_reflectors(nominal, data)) return mixed;
@@ -306,7 +308,7 @@ std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementDat
   if (!held || given.coarse_mm > kDeviates_mm) {
     if (auto hidden = hidden_mistake(nominal, data, jobs)) return hidden;
   }
-  if (given.coarse_mm <= kFarthestError_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
+  if (given.coarse_mm <= kMaxArmError_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
   return unexplained(nominal, diagnosis.as_given());
 }
 

@@ -10,37 +10,39 @@
 
 namespace truepose {
 
-/// A mistake in the robot file or the measurements, found by trying which one explains the points.
-struct Suspicion {
+/// The probable cause of a large error: a mistake in the robot file or the measurements. Each candidate is
+/// tried against the points.
+struct ProbableCause {
   double error_mm = 0;                 ///< median miss of the points with base and reflectors fitted
-  double mended_mm = 0;                ///< the same without the mistake; error_mm where none was found
+  double fixed_mm = 0;                 ///< the same without the mistake; error_mm where none was found
   std::string sentence;                ///< for the operator, with both errors
   std::vector<std::string> also_fits;  ///< other mistakes that explain the points as well
   std::vector<Mistake> mistakes;       ///< of the sentence, and where they are; none: nothing explains it
   int station = 0;                     ///< index of the one that the points are from
-  RobotModel mended_arm;               ///< without them
-  std::vector<Measurement> mended_points;
+  RobotModel fixed_arm;                ///< without them
+  std::vector<Measurement> fixed_points;
 };
 
 /// The sentence, and what else it may be.
-std::string in_words(const Suspicion& suspicion);
+std::string in_words(const ProbableCause& cause);
 
 /// Whether an arm reaches next to nowhere, as one whose lengths are in metres.
-bool reaches_nowhere(const RobotModel& robot);
+bool has_no_reach(const RobotModel& robot);
 
-/// Tells files that cannot be right from an arm that merely deviates.
+/// Distinguishes wrong files from an arm that merely deviates.
 ///
 /// Where base and reflectors alone leave more than 5 mm and no usual deviations of the links explain it,
-/// mistakes are tried alone and, where none explains the points, in pairs, then one beside rows in any
+/// mistakes are tried alone and, where none explains the points, in pairs, then one together with rows in any
 /// order; where the identified arm leaves more than a tracker does, those that hardly show before: a sign, a
-/// zero or rows out of step, with a reflector near an axis or poses along a path. A mistake is told only as
-/// Diagnosis::explaining() has it. Without one an arm is refused that leaves more than 50 mm. A mistake that
-/// no pose shows, as the sign of an axis right through the only reflector, is not found and does no harm.
-/// Lengths and points both in metres fit each other: they are told by an arm that reaches next to nowhere.
+/// zero or rows out of step, with a reflector near an axis or poses along a path. A mistake is reported only
+/// if Diagnosis::explaining() returns it. Without one, an arm with an error above 50 mm is refused. A mistake
+/// that no pose shows, as the sign of an axis right through the only reflector, is not found and does no
+/// harm. Lengths and points both in metres fit each other: such an arm is detected by its tiny reach.
 ///
 /// @param data  points that calibrate() accepts; all sets are used
 /// @param jobs  threads; the result is the same with any number
 /// @return the best explanation; nothing where nothing is wrong, or fewer than eight poses cannot tell
-std::optional<Suspicion> suspect(const RobotModel& nominal, const MeasurementData& data, int jobs = 1);
+std::optional<ProbableCause> diagnose_files(const RobotModel& nominal, const MeasurementData& data,
+                                            int jobs = 1);
 
 }  // namespace truepose

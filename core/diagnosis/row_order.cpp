@@ -50,17 +50,18 @@ std::string rows_text(int shift) {
 
 Mistake all_shifted(int shift) {
   const MistakeWords words{"the points stand " + rows_text(shift) + " than their joints", "them moved back"};
-  return {.file = MistakenFile::Measurements,
-          .key = "x, y, z",
-          .mend = [shift](Claim& given) { given.points = shifted_from(given.points, 0, shift); },
-          .words = [words](const RobotModel&, const Claim&) { return words; },
-          .needs_all_rows = true};
+  return {
+      .file = MistakenFile::Measurements,
+      .key = "x, y, z",
+      .apply_fix = [shift](ModelAndPoints& given) { given.points = shifted_from(given.points, 0, shift); },
+      .words = [words](const RobotModel&, const ModelAndPoints&) { return words; },
+      .needs_all_rows = true};
 }
 
 // ---- A point or a joint position missing in the middle
 
 constexpr std::size_t kFewestRowsWithGap = 16;
-constexpr std::size_t kFewestRowsMoved = 4;  // fewer are gross errors
+constexpr std::size_t kFewestRowsMoved = 4;  // fewer are outliers
 
 struct Gap {
   std::size_t first = 0;  ///< row from which on the rows are shifted
@@ -68,7 +69,7 @@ struct Gap {
 };
 
 /// Where the rows are better shifted than not, judged by `cell`. A row counts no more than some times what
-/// the better ones leave, so that gross errors do not decide.
+/// the better ones leave, so that outliers do not decide.
 Gap best_gap(const CalibratedCell& cell, const Points& rows, int shift) {
   Points moved = rows;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -88,7 +89,7 @@ Gap best_gap(const CalibratedCell& cell, const Points& rows, int shift) {
   return best;
 }
 
-/// The gap seen from both ends of the file, one of which it leaves right, and again with all rows mended.
+/// The gap, searched from both ends of the file, one of them with right rows, and again with all rows fixed.
 std::size_t gap_of(const RobotModel& arm, Names names, const Points& rows, int shift) {
   const auto third = static_cast<std::ptrdiff_t>(rows.size() / 3);
   const Points moved = shifted_from(rows, 0, shift);
@@ -107,8 +108,8 @@ Mistake missing_in_the_middle(Names names, int shift) {
   const std::string what = shift > 0 ? "a point" : "a joint position";
   return {.file = MistakenFile::Measurements,
           .key = "x, y, z",
-          .mend =
-              [names = std::vector<std::string>{names.begin(), names.end()}, shift](Claim& given) {
+          .apply_fix =
+              [names = std::vector<std::string>{names.begin(), names.end()}, shift](ModelAndPoints& given) {
                 if (given.points.size() < kFewestRowsWithGap) return;
                 const std::size_t first = gap_of(given.arm, names, given.points, shift);
                 if (first < kFewestRowsMoved || first + kFewestRowsMoved > given.points.size()) return;
@@ -116,8 +117,8 @@ Mistake missing_in_the_middle(Names names, int shift) {
                 given.points = shifted_from(given.points, first, shift);
               },
           .words =
-              [what](const RobotModel&, const Claim& mended) {
-                return MistakeWords{what + " is missing before row " + std::to_string(mended.from_row),
+              [what](const RobotModel&, const ModelAndPoints& fixed) {
+                return MistakeWords{what + " is missing before row " + std::to_string(fixed.from_row),
                                     "the points moved from there on"};
               },
           .needs_all_rows = true};
@@ -242,18 +243,18 @@ Mistake unordered_rows(Names names) {
                            "each point in the row of the joints that reach it"};
   return {.file = MistakenFile::Measurements,
           .key = "x, y, z",
-          .mend =
-              [names = std::vector<std::string>{names.begin(), names.end()}](Claim& given) {
+          .apply_fix =
+              [names = std::vector<std::string>{names.begin(), names.end()}](ModelAndPoints& given) {
                 const std::size_t rows = given.points.size();
                 if (rows < kFewestRowsInAnyOrder || rows > kMostRowsInAnyOrder) return;
                 const CalibratedCell rough = placed_as_sets(given.arm, names, given.points);
                 const AnyRows any{given.arm, given.points};
                 if (!taken_evenly(any.nearest(rough, given.points))) return;
-                const Claim first{given.arm, any.matched(rough, given.points), {}};
+                const ModelAndPoints first{given.arm, any.matched(rough, given.points), {}};
                 const CalibratedCell explained = explanation(first, placed(first, names)).cell;
                 given.points = AnyRows{explained.robot, given.points}.matched(explained, given.points);
               },
-          .words = [words](const RobotModel&, const Claim&) { return words; },
+          .words = [words](const RobotModel&, const ModelAndPoints&) { return words; },
           .needs_all_rows = true};
 }
 

@@ -8,11 +8,11 @@
 
 namespace truepose {
 
-/// Joints that stand beside another row's points: all rows shifted by a few against each other, or from one
-/// in the middle on, where a point or a joint position is missing.
+/// Joints in the row of another point: all rows are shifted by a few, or the rows after one where a point or
+/// a joint position is missing.
 ///
-/// They need every row in the file's order. Where the gap is is found with the arm of the case, so a mistake
-/// of the arm is mended before.
+/// They need every row in the file's order. The gap is located with the arm of the hypothesis, so a mistake
+/// of the arm is fixed before.
 std::vector<Mistake> row_order_mistakes(std::span<const std::string> smr_names);
 
 /// Rows in any other order, as far as joints and points agree as sets.

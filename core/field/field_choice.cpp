@@ -95,14 +95,14 @@ std::vector<double> squared_targets(const RegressionData& data) {
 }
 
 /// Whether the errors are smaller than those without by more than chance.
-bool beyond_chance(const std::vector<double>& without, const std::vector<double>& with) {
+bool is_significant(const std::vector<double>& without, const std::vector<double>& with) {
   const auto groups = static_cast<double>(without.size());
   return standard_errors_gained(without, with) > kStandardErrors * (1 + kFewGroups / groups);
 }
 
 bool helps(const FieldChoice& choice, const RegressionData& data) {
   return choice.tried.rms < (1 - kLeastGain) * choice.rms_zero &&
-         beyond_chance(squared_targets(data), choice.tried.squared_errors);
+         is_significant(squared_targets(data), choice.tried.squared_errors);
 }
 
 }  // namespace

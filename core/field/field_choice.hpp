@@ -5,16 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "core/choices.hpp"
 #include "core/field/regressor.hpp"
 
 namespace truepose {
-
-/// Whether a Gaussian process over what the other layers leave is part of a model.
-enum class FieldUse {
-  None,
-  Auto,    ///< where cross-validation shows that it helps
-  Always,  ///< whether it helps or not
-};
 
 struct CrossValidationOptions {
   int folds = 8;  ///< at most as many as there are groups

@@ -103,7 +103,7 @@ Gravity gravity_of(const RobotModel& robot, std::span<const Measurement> points)
 
 /// Of the terms of one joint and cause those that the points can tell.
 void add_gravity(const Gravity& gravity, int i, DeviationCause cause, std::vector<DeviationGroup>& groups) {
-  const bool moments = cause == DeviationCause::Moments;
+  const bool moments = cause == DeviationCause::MassMoments;
   std::vector<std::size_t> mine;
   for (std::size_t k = 0; k < gravity.terms.size(); ++k) {
     const DeviationTerm& term = gravity.terms[k];
@@ -153,10 +153,10 @@ void add_guide(const RobotModel& robot, int i, std::vector<DeviationGroup>& grou
 WidthExpectation usual_width(DeviationCause cause) {
   switch (cause) {
     case DeviationCause::Gears:
-    case DeviationCause::Weights:
-    case DeviationCause::Moments:
+    case DeviationCause::GravityCompliance:
+    case DeviationCause::MassMoments:
       return {.usual = 0.1e-3, .log_deviation = 1};
-    case DeviationCause::Play:
+    case DeviationCause::Backlash:
       return {.usual = 0.02e-3, .log_deviation = 1};
     case DeviationCause::Pitch:
       return {.usual = 0.1, .log_deviation = 1.5};
@@ -190,11 +190,11 @@ std::vector<DeviationGroup> deviation_groups(const RobotModel& robot, std::span<
         ++guides;
       }
     }
-    add_gravity(gravity, i, DeviationCause::Weights, groups);
-    add_gravity(gravity, i, DeviationCause::Moments, groups);
+    add_gravity(gravity, i, DeviationCause::GravityCompliance, groups);
+    add_gravity(gravity, i, DeviationCause::MassMoments, groups);
     if (approach_varies(points, joint)) {
       groups.push_back(
-          {joint_name(i) + ".approach", DeviationCause::Play, {{i, DeviationBasis::Approach, 1, 0}}});
+          {joint_name(i) + ".approach", DeviationCause::Backlash, {{i, DeviationBasis::Approach, 1, 0}}});
     }
   }
   return groups;

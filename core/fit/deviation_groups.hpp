@@ -12,14 +12,14 @@ namespace truepose {
 
 /// Why joints stand elsewhere than their encoders say. The coefficients of one cause scatter equally far.
 enum class DeviationCause {
-  Gears,    ///< harmonics of a revolute joint
-  Weights,  ///< gravity: the robot's masses, or where these are not known unit weights at the origins of
-            ///< links
-  Moments,  ///< gravity: masses anywhere, by the first moments of every link
-  Play,     ///< the side from which a joint arrived
-  Pitch,    ///< scale of a prismatic joint
-  Bends,    ///< of a guide: what shifts a carriage off its way
-  Twists,   ///< of a guide: what turns a carriage on its way
+  Gears,              ///< harmonics of a revolute joint
+  GravityCompliance,  ///< gravity: the robot's masses, or where these are not known unit weights at the
+                      ///< origins of links
+  MassMoments,  ///< gravity: masses anywhere, by the first moments of every link
+  Backlash,     ///< the side from which a joint arrived
+  Pitch,        ///< scale of a prismatic joint
+  Bends,        ///< of a guide: what shifts a carriage off its way
+  Twists,       ///< of a guide: what turns a carriage on its way
 };
 inline constexpr int kDeviationCauses = 7;
 

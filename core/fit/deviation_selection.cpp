@@ -66,12 +66,12 @@ bool errs_as_gears_do(DeviationCause cause) {
 }
 
 double widest_rad(DeviationCause cause) {
-  return cause == DeviationCause::Moments ? kWidestMoment_rad : kWidest_rad;
+  return cause == DeviationCause::MassMoments ? kWidestMoment_rad : kWidest_rad;
 }
 
 /// The most likely scale, no term of a revolute joint wider than gears err.
-LikelyScale bounded_scale(const Candidates& all, std::span<const DeviationGroup> groups) {
-  LikelyScale likely = most_likely_scale(all.cell, all.problem, all.expected);
+VarianceComponents bounded_scale(const Candidates& all, std::span<const DeviationGroup> groups) {
+  VarianceComponents likely = most_likely_components(all.cell, all.problem, all.expected);
   for (std::size_t g = 0; g < groups.size(); ++g) {
     if (!errs_as_gears_do(groups[g].cause)) continue;
     for (const int term : all.terms[g]) {
@@ -93,7 +93,7 @@ std::vector<int> terms_but(const Candidates& all, int without) {
 }
 
 std::vector<double> left_out_errors(const LeftOutPoses& poses, const std::vector<int>& terms,
-                                    const LikelyScale& likely) {
+                                    const VarianceComponents& likely) {
   Eigen::VectorXd ridge(static_cast<Eigen::Index>(terms.size()));
   for (std::size_t k = 0; k < terms.size(); ++k) {
     const double width = likely.term_widths[static_cast<std::size_t>(terms[k])];
@@ -109,7 +109,7 @@ DeviationChoice choose_deviation(const CalibratedCell& geometric, const LeastSqu
                                  int jobs) {
   const Candidates all = candidates_of(geometric, problem, groups, expected);
   std::optional<LeftOutPoses> poses;
-  LikelyScale likely;
+  VarianceComponents likely;
   parallel_for(2, jobs, [&](int i) {
     if (i == 0) poses.emplace(all.cell, all.problem, static_cast<Eigen::Index>(problem.free.size()));
     if (i == 1 && !groups.empty()) likely = bounded_scale(all, groups);

@@ -6,7 +6,7 @@
 
 #include "core/fit/deviation_groups.hpp"
 #include "core/fit/least_squares_problem.hpp"
-#include "core/fit/likely_scale.hpp"
+#include "core/fit/variance_components.hpp"
 
 namespace truepose {
 
@@ -19,7 +19,7 @@ struct DeviationGain {
 
 struct DeviationChoice {
   std::vector<DeviationTerm> terms;  ///< coefficients 0; empty: geometry alone predicts best
-  LikelyScale likely;                ///< noise and widths with these terms
+  VarianceComponents likely;         ///< noise and widths with these terms
   double scale = 0;                  ///< the greatest prior standard deviation of a coefficient
   double geometric_rms_mm = 0;       ///< cross-validated error without any term, whitened
   double rms_mm = 0;                 ///< and with the terms

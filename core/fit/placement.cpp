@@ -12,8 +12,8 @@
 namespace truepose {
 namespace {
 
-/// Of each reflector's distance from the flange's centre beside the misses, mm per mm: a residual of 1 mm
-/// over 30 m. It holds what no pose shows, and moves by less than rounding what they show.
+/// Weight of each reflector's distance from the flange's centre against the misses, mm per mm: a residual of
+/// 1 mm over 30 m. It holds what no pose shows, and moves by less than rounding what they show.
 constexpr double kReflectorWeight = 3e-5;
 
 /// Entries of M, row by row, and -1 for what does not depend on it.

@@ -13,8 +13,8 @@ namespace truepose {
 /// A residual field by regression on cosine and sine of every revolute joint's angle and of its double, where
 /// gears err, and on the position of every prismatic one. Arms of more than eight joints: of the angle alone.
 ///
-/// It moves a point of the flange (in the base frame, mm) and, where the measurements told it, turns the
-/// flange about that point: where only one reflector was measured, nothing is known of the orientation.
+/// It moves a point of the flange (in the base frame, mm) and turns the flange about that point where the
+/// measurements determine it. With one reflector the orientation is unknown.
 class RegressionField final : public ResidualField {
  public:
   /// @param robot      whose joints' types say what the features are
@@ -64,8 +64,8 @@ inline constexpr std::size_t kMostFieldPoses = 2000;
 std::vector<bool> makes_field(std::span<const Measurement> points);
 
 /// What a residual field has to explain: the displacement of every pose, one group per pose, and the point of
-/// the flange to which they apply. With three or more reflectors on every pose the turn of the flange is told
-/// too.
+/// the flange to which they apply. With three or more reflectors on every pose the rotation of the flange is
+/// given too.
 struct FieldData {
   RegressionData regression;
   Eigen::Vector3d p_F_mm{0, 0, 0};

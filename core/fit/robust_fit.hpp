@@ -4,20 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "core/choices.hpp"
 #include "core/fit/least_squares_solver.hpp"
 
 namespace truepose {
 
-/// How much a large residual counts.
-enum class Loss {
-  OutlierRejection,  ///< as it stands, once the points that gross_errors() names are left out
-  Squared,           ///< as it stands: right where there are no gross errors
-  Huber,             ///< linearly beyond a few sigma: every point stays in
-  Igg3,   ///< less and less, and not at all beyond 6 sigma (Yang's third scheme of the Institute of Geodesy)
-  Tukey,  ///< not at all beyond a few sigma, nor its sway near there
-};
-
-/// Whether a fit under this loss weighs its points anew as it goes.
+/// Whether a fit under this loss reweights its points at each iteration.
 constexpr bool reweighs(Loss loss) { return loss != Loss::OutlierRejection && loss != Loss::Squared; }
 
 /// Weight in [0, 1] of a point whose whitened residual is `length` long (three coordinates, in units of the

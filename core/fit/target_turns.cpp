@@ -169,7 +169,7 @@ std::vector<double> turn_sigmas(const CalibratedCell& cell, std::span<const Meas
   return sigmas;
 }
 
-std::string why_turns_are_of_no_arm(std::span<const double> turn_rad) {
+std::string reason_not_an_arm(std::span<const double> turn_rad) {
   constexpr double kMost_rad = 0.05;
   if (turn_rad.empty()) return {};
   const double half_rad = median({turn_rad.begin(), turn_rad.end()});

@@ -65,7 +65,7 @@ std::vector<double> turn_sigmas(const CalibratedCell& cell, std::span<const Meas
 
 /// Why turns of so much are not those of an arm that errs, but of angles of another frame, unit or order;
 /// empty where they may be.
-std::string why_turns_are_of_no_arm(std::span<const double> turn_rad);
+std::string reason_not_an_arm(std::span<const double> turn_rad);
 
 /// Appends the rows of the orientations of a problem: of each point of oriented_points(), where any weight is
 /// given, its turn less the mean of its reflector's, times its weight.

@@ -9,8 +9,8 @@
 
 namespace truepose {
 
-/// How an arm changes with the temperatures of its drives. The model beside it is that of the arm with all
-/// drives at their reference.
+/// How an arm changes with the temperatures of its drives. The geometric model that goes with it is the arm
+/// with all drives at their reference.
 struct ThermalResponse {
   std::vector<double> reference_c;  ///< of each joint's drive
   /// What becomes of each joint's zero (rad or mm, in the sense of q) per kelvin of its own drive, and last
@@ -41,7 +41,7 @@ Eigen::MatrixXd covariance_at_temperatures(const CalibratedCell& cell, const Eig
                                            const ThermalResponse& response,
                                            std::span<const double> temperature_c);
 
-/// The same response beside the model of the arm with its drives so warm.
+/// The same response for the geometric model at these temperatures of the drives.
 ///
 /// @param cell  at the reference
 ThermalResponse with_reference(ThermalResponse response, const CalibratedCell& cell,

@@ -50,7 +50,7 @@ Eigen::RowVectorXd joint_features(const JointVector& q) {
 
 }  // namespace
 
-bool tells_time(std::span<const Measurement> points) {
+bool has_times(std::span<const Measurement> points) {
   std::optional<double> first;
   for (const Measurement& point : points) {
     const std::optional<double> moment = seconds_of(point);
@@ -80,7 +80,7 @@ MeasurementData with_warmth_by(const WarmUpClock& clock, MeasurementData data) {
 
 std::vector<WarmUpClock> warm_up_clocks(const MeasurementData& data) {
   std::vector<WarmUpClock> clocks;
-  if (tells_time(data.points)) {
+  if (has_times(data.points)) {
     for (const int minutes : {5, 10, 15, 20, 30, 45, 60, 90, 120})
       clocks.push_back({.constant = 60.0 * minutes});
     return clocks;

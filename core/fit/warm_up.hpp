@@ -4,18 +4,11 @@
 #include <span>
 #include <vector>
 
+#include "core/choices.hpp"
 #include "core/data/calibrated_cell.hpp"
 #include "core/data/measurement.hpp"
 
 namespace truepose {
-
-/// What tells how warm the arm was at each point.
-enum class ThermalUse {
-  Off,
-  Auto,          ///< the temperatures; where no point carries any the time, and without it the order
-  Temperatures,  ///< of the drives, where points carry them
-  Time,          ///< since the first point, measured with a cold arm
-};
 
 /// An arm that was cold at the first point of each station, and warms up by an exponential.
 struct WarmUpClock {
@@ -24,7 +17,7 @@ struct WarmUpClock {
 };
 
 /// Whether the points tell their time, and by a clock that did not stand.
-bool tells_time(std::span<const Measurement> points);
+bool has_times(std::span<const Measurement> points);
 
 /// The points with how warm they were as the temperatures of all drives: from 0, cold, to 1, warm through.
 /// Those that do not tell their time have none.

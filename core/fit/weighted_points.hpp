@@ -12,8 +12,8 @@ namespace truepose {
 
 /// The points of an identification and how much each counts: whitened by its noise, weighed by the loss.
 ///
-/// A point is trusted unless it is a gross error. One that the loss leaves in, for all that (Huber), may sway
-/// a fit a little, but not choose what is fitted. Problems point into it: it must outlive them, and may be
+/// A point is trusted unless it is an outlier. One that the loss leaves in, for all that (Huber), may sway a
+/// fit a little, but not choose what is fitted. Problems point into it: it must outlive them, and may be
 /// moved but not copied.
 class WeightedPoints {
  public:
@@ -50,7 +50,7 @@ class WeightedPoints {
   std::vector<double> weighted_turns() const;
   std::vector<double> trusted_turns() const;
 
-  /// Weighs every point anew by how far it is from `cell`, unless all weights would stay as they are.
+  /// Reweights every point by its distance from `cell`, unless all weights would stay as they are.
   /// @param sigma_mm  of one coordinate of a good point's whitened residual
   /// @return whether a weight changed
   bool weigh(const CalibratedCell& cell, Loss loss, double sigma_mm);

@@ -94,13 +94,13 @@ MeasuredFrame workpiece_frame(const MeasuredFrame& on_table, const MeasuringCell
   const Eigen::Isometry3d X_to_model = root_of(arm.cell, table.cell, nominal, X_given).X_to_model;
   PoseCovariance turned = PoseCovariance::Zero();
   turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = X_to_model.linear();
-  MeasuredFrame told = on_table;
-  told.X = X_to_model * on_table.X;
-  told.by_readings = congruence(turned, on_table.by_readings);
-  told.by_parameters = derivative(by_table, table) + times(turned, on_table.by_parameters);
-  told.covariance = told.by_readings + congruence(told.by_parameters, table.covariance) +
-                    congruence(derivative(by_arm, arm), arm.covariance);
-  return told;
+  MeasuredFrame frame = on_table;
+  frame.X = X_to_model * on_table.X;
+  frame.by_readings = congruence(turned, on_table.by_readings);
+  frame.by_parameters = derivative(by_table, table) + times(turned, on_table.by_parameters);
+  frame.covariance = frame.by_readings + congruence(frame.by_parameters, table.covariance) +
+                     congruence(derivative(by_arm, arm), arm.covariance);
+  return frame;
 }
 
 std::string why_turned(const Eigen::Isometry3d& X_BR, const RobotModel& arm, const RobotModel& nominal,

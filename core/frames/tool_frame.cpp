@@ -99,8 +99,8 @@ void take_turn(MeasuredFrame& frame, const ToolTurn& turn, const Eigen::MatrixXd
 ///
 /// @param measured        "the TCP touched the point"
 /// @param too_alike_then  what comes of orientations that are, and what to do
-std::string why_not_told(const FrameReadings& data, const RobotModel& robot, const std::string& name,
-                         const std::string& measured, const std::string& too_alike_then) {
+std::string why_not_identifiable(const FrameReadings& data, const RobotModel& robot, const std::string& name,
+                                 const std::string& measured, const std::string& too_alike_then) {
   constexpr std::size_t kFewest = kFewestOrientations;
   std::vector<Eigen::Matrix3d> turns;
   for (const FrameReading& reading : data.readings) {
@@ -124,15 +124,17 @@ std::string too_alike(std::span<const Eigen::Matrix3d> turns) {
                    spread.stiff_F.x(), spread.stiff_F.y(), spread.stiff_F.z(), spread.tilt_rad * kDegPerRad);
 }
 
-std::string why_not_told(const FrameReadings& data, const RobotModel& robot) {
+std::string why_not_identifiable(const FrameReadings& data, const RobotModel& robot) {
   if (is_touched(data))
-    return why_not_told(data, robot, kOrigin, "the TCP touched the point",
-                        ", which leaves the TCP's place along it open; touch the point with the tool tilted "
-                        "by 30 deg or more to several sides");
+    return why_not_identifiable(
+        data, robot, kOrigin, "the TCP touched the point",
+        ", which leaves the TCP's place along it open; touch the point with the tool tilted "
+        "by 30 deg or more to several sides");
   for (const FramePoint& point : data.points) {
-    std::string why = why_not_told(data, robot, point.name, "the tracker read point \"" + point.name + '"',
-                                   ", so the arm's error along it would stay in point \"" + point.name +
-                                       "\"; read it with the tool tilted by 30 deg or more to several sides");
+    std::string why =
+        why_not_identifiable(data, robot, point.name, "the tracker read point \"" + point.name + '"',
+                             ", so the arm's error along it would stay in point \"" + point.name +
+                                 "\"; read it with the tool tilted by 30 deg or more to several sides");
     if (!why.empty()) return why;
   }
   return {};
@@ -141,7 +143,8 @@ std::string why_not_told(const FrameReadings& data, const RobotModel& robot) {
 std::expected<MeasuredFrame, std::string> tool_frame(const FrameReadings& data, const MeasuringCell& by,
                                                      const Eigen::Matrix3d& R_else) {
   if (is_touched(data)) {
-    if (std::string why = why_not_told(data, by.cell.robot); !why.empty()) return std::unexpected(why);
+    if (std::string why = why_not_identifiable(data, by.cell.robot); !why.empty())
+      return std::unexpected(why);
   }
   std::optional<ToolTurn> turn;
   if (is_turned(data)) {
@@ -161,8 +164,9 @@ std::expected<MeasuredFrame, std::string> tool_frame(const FrameReadings& data, 
   return frame;
 }
 
-RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT, const Eigen::Isometry3d& X_told) {
-  calibrated.X_flange = calibrated.X_flange * X_FT * inverse_of(X_told);
+RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT,
+                     const Eigen::Isometry3d& X_controller) {
+  calibrated.X_flange = calibrated.X_flange * X_FT * inverse_of(X_controller);
   return calibrated;
 }
 
@@ -178,10 +182,10 @@ Eigen::Matrix3d tcp_covariance(const CalibratedCell& cell, const Eigen::MatrixXd
   J.middleCols<3>(at).setZero();
   const Eigen::Matrix3d of_field = field_covariance(cell, q, p_F_mm);
   if (!tool) return congruence(J, covariance) + of_field;
-  // A point beside its origin goes along with the tool's turns.
+  // A point off the tool's origin moves with the tool's rotations.
   Eigen::Matrix<double, 3, 6> by_tool;
-  const Eigen::Vector3d beside_mm = p_F_mm - tool->X.translation();
-  by_tool << R_WF, R_WF * Eigen::Matrix3d::Identity().colwise().cross(beside_mm);
+  const Eigen::Vector3d off_origin_mm = p_F_mm - tool->X.translation();
+  by_tool << R_WF, R_WF * Eigen::Matrix3d::Identity().colwise().cross(off_origin_mm);
   J += times(by_tool, tool->by_parameters);
   return congruence(J, covariance) + of_field + congruence(by_tool, tool->by_readings);
 }

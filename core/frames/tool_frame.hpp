@@ -19,7 +19,7 @@ std::string too_alike(std::span<const Eigen::Matrix3d> turns);
 /// Why readings do not tell a tool on the flange, each point in four orientations or more that are not too
 /// alike; touched, the one that stands still. Empty where they do. It is no question of a workpiece on a
 /// table, which turns about its axes alone.
-std::string why_not_told(const FrameReadings& data, const RobotModel& robot);
+std::string why_not_identifiable(const FrameReadings& data, const RobotModel& robot);
 
 /// The tool T in the flange F, by an arm whose true kinematics are known. Its origin is the TCP.
 ///
@@ -42,9 +42,11 @@ std::expected<MeasuredFrame, std::string> tool_frame(
 /// wrong reading is not detected.
 inline constexpr int kFewestOrientations = 4;
 
-/// The arm with its flange so moved that a tool which the controller takes to be at X_told on it is where it
-/// truly is, at X_FT: compensation then puts that tool where the nominal arm would have the controller's.
-RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT, const Eigen::Isometry3d& X_told);
+/// The arm with its flange so moved that a tool which the controller takes to be at X_controller on it is
+/// where it truly is, at X_FT: compensation then puts that tool where the nominal arm would have the
+/// controller's.
+RobotModel with_tool(RobotModel calibrated, const Eigen::Isometry3d& X_FT,
+                     const Eigen::Isometry3d& X_controller);
 
 /// Covariance (mm^2, tracker frame) of where an arm at joints q puts a point of the flange: by the model and
 /// by what the measured tool, on which the point is and whose errors go with the model's, does not know of

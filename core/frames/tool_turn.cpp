@@ -35,7 +35,7 @@ std::expected<ToolTurn, std::string> tool_turn(const FrameReadings& data, const 
     square_sum += weights * share[result.error_rad.size()] * turn.squaredNorm();
     result.error_rad.push_back(turn.norm());
   }
-  if (std::string why = why_turns_are_of_no_arm(result.error_rad); !why.empty()) return std::unexpected(why);
+  if (std::string why = reason_not_an_arm(result.error_rad); !why.empty()) return std::unexpected(why);
 
   result.by_parameters.setZero(3, ParameterLayout::of(by.cell).size());
   const double spare = 3 * static_cast<double>(points.size() - 1);

@@ -10,9 +10,9 @@ namespace {
 
 /// Unknowns: each point in the robot base.
 ///
-/// Both kinds of reading are taken where the tracker has them. Base and link 1, and with few poses more, are
-/// told apart by convention alone: a touched point in the arm's own base would seem unknown by what the
-/// tracker sees none of, and no program either, since it goes there by the same model.
+/// Both kinds of reading are taken where the tracker has them. Only a convention separates base and link 1,
+/// and with few poses further parameters. The uncertainty of a touched point in the arm's own base would
+/// include that convention. Neither the tracker nor a program sees it, since the program uses the same model.
 std::vector<PointEquation> work_equations(const FrameReadings& data, const MeasuringCell& by,
                                           const CalibratedCell& cell, const Eigen::Vector3d& p_F_mm) {
   const Eigen::Isometry3d X_BW = inverse_of(by.cell.base.isometry());

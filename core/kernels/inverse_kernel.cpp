@@ -204,7 +204,7 @@ InverseOutcome inverse(const Arm& arm, const double* target, const InverseSettin
   alignas(64) double seed[kMostJoints] = {};
   for (int i = 0; i < arm.joints; ++i) seed[i] = q[i];
   InverseOutcome outcome = newton(arm, goal, settings, Pace::Descend, q);
-  // The first leaps start from the seed, later ones beside it, for leaps may go in a circle.
+  // The first leaps start from the seed, later ones near it, because leaps may go in a circle.
   for (int attempt = 0; attempt < settings.leaps && outcome.status == InverseStatus::DidNotConverge;
        ++attempt) {
     for (int i = 0; i < arm.joints; ++i) {

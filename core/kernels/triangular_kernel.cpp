@@ -44,8 +44,8 @@ void exchange(Number& a, Number& b) {
   b = other;
 }
 
-/// Squared lengths of what is left of the columns: each row that is done is taken off, and they are summed
-/// anew before digits are lost that tell columns apart.
+/// Squared lengths of what is left of the columns: each finished row is subtracted, and they are summed again
+/// before cancellation makes columns indistinguishable.
 struct LengthsLeft {
   double *now, *summed;  ///< of each column
 

@@ -76,7 +76,7 @@ Eigen::MatrixXd triangular_factor(const Eigen::MatrixXd& A) {
 }
 
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A) {
-  // From A'A where that loses no digits that anybody reads: many times faster.
+  // From A'A where that loses no digits that are used: many times faster.
   constexpr double kBadly = 1e-6;  // of squares: below, the smallest is known to less than 1e-9 of itself
   const bool wide = A.cols() > A.rows();
   const Eigen::VectorXd squares = eigenvalues(wide ? times_transposed(A, A) : gram(A)).reverse();

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/choices.hpp"
 #include "core/data/calibrated_cell.hpp"
 #include "core/data/measurement.hpp"
 #include "core/kernels/kernels.hpp"
@@ -61,12 +62,6 @@ class DesignProblem {
   Eigen::MatrixXd task_;
 };
 
-enum class DesignCriterion {
-  D,  ///< the smallest volume of the parameters' uncertainty
-  A,  ///< the smallest mean variance of the parameters, in units of what is known of them before
-  I,  ///< the smallest mean variance of the predicted positions of the task
-};
-
 /// A set of chosen candidates, and what each other one would add to it. Adding or removing a pose brings the
 /// 3 x 3 matrices of all candidates up to date by products of 3 x n with n x 3, in place of a determinant or
 /// an inverse each (n parameters).
@@ -85,7 +80,7 @@ class Design {
   void remove(std::size_t candidate);
   /// Puts back, as if it had never been missing, what the last change removed.
   void take_back(std::size_t removed);
-  /// Reckons everything anew: after many changes rounding adds up.
+  /// Recomputes everything, because rounding adds up over many changes.
   void refresh();
 
   /// What adding each candidate would bring (> 1 for D, > 0 for A and I; more is better).
@@ -113,7 +108,7 @@ class Design {
   std::vector<bool> is_chosen_;
   Eigen::MatrixXd T_;  // empty for D
   Eigen::MatrixXd C_;
-  double best_gain_ = 0;  // when all was reckoned anew
+  double best_gain_ = 0;  // at the last refresh()
   std::vector<kernels::Line> V_, W_, gain_;
   std::vector<kernels::Line> V_before_, W_before_;  // the last change, where that removed
   Eigen::MatrixXd C_before_;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kTaskPoses = 400;
 constexpr int kLeastTaskPoses = 50;
-// What stopping on the way costs beside the longer way.
+// What a stop on the way costs in addition to the longer way.
 constexpr double kStopover_s = 3;
 // Seeds of what must not depend on each other.
 constexpr std::uint64_t kTaskStream = 0x7461736b, kRandomStream = 0x72616e64;
@@ -80,7 +80,7 @@ std::vector<JointVector> picked(const Candidates& candidates, std::span<const st
 }
 
 /// Those of the chosen that together tell most come first, `count` of them.
-void most_telling_first(std::vector<std::size_t>& chosen, const DesignProblem& problem, int count) {
+void most_informative_first(std::vector<std::size_t>& chosen, const DesignProblem& problem, int count) {
   Design design{problem, DesignCriterion::D};
   std::vector<bool> allowed(problem.candidates());
   for (const std::size_t k : chosen) allowed[k] = true;
@@ -196,7 +196,7 @@ std::expected<MeasurementPlan, std::string> plan_measurements(const CalibratedCe
   plan.chosen = options.by_orientation ? most_different_orientations(scene.robot, plan.candidates.poses,
                                                                      static_cast<std::size_t>(options.poses))
                                        : optimal_design(problem, design);
-  most_telling_first(plan.chosen, problem, options.first);
+  most_informative_first(plan.chosen, problem, options.first);
   plan.predicted = predicted_error(problem, plan.chosen);
   Random random{options.seed ^ kRandomStream};
   plan.random = error_of_random_sets(problem, options.poses, options.random_sets, random);

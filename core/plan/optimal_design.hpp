@@ -13,7 +13,7 @@ namespace truepose {
 struct DesignOptions {
   DesignCriterion criterion = DesignCriterion::I;
   int poses = 30;
-  int restarts = 3;        ///< random designs that the exchange starts from, beside the greedy one
+  int restarts = 3;        ///< random designs that the exchange starts from, in addition to the greedy one
   int max_passes = 50;     ///< over the chosen poses; each pass improves the design or is the last
   std::uint64_t seed = 0;  ///< of the random designs
 };

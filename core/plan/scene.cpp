@@ -27,8 +27,8 @@ double distance_mm(const Capsule& a, const Capsule& b) {
   const double aa = along_a.squaredNorm(), bb = along_b.squaredNorm(), ab = along_a.dot(along_b);
   const double a_between = along_a.dot(between), b_between = along_b.dot(between);
 
-  // The nearest points, as shares s and t of the segments: s for the endless lines, t for that s, and s
-  // anew where t had to be drawn into its segment. Parallel lines are as near everywhere: s = 0 serves.
+  // The nearest points, as shares s and t of the segments: s for the endless lines, t for that s, and s again
+  // where t had to be clamped to its segment. Parallel lines are as near everywhere: s = 0 serves.
   double s = 0, t = 0;
   if (bb <= kPoint_mm2) {
     s = aa <= kPoint_mm2 ? 0 : share(-a_between, aa);

@@ -66,7 +66,8 @@ struct LineOfSight {
   Eigen::Vector3d facing_F{0, 0, 1};  ///< direction of the reflector's opening, of any length
   double acceptance_rad = 0;          ///< half angle of the cone in which the reflector can be seen
   double beam_radius_mm = 25;         ///< kept free around the beam: the placement is known roughly only
-  std::vector<SightedReflector> further{};  ///< beside that one: a pose can be measured where one is seen
+  std::vector<SightedReflector>
+      further{};  ///< in addition to that one: a pose can be measured where one is seen
 };
 
 /// What stands about the arm. mm, in the robot base frame.
@@ -169,7 +170,7 @@ class PoseChecker {
 JointVector approach_start(const RobotModel& robot, const JointVector& q, double way_rad);
 
 /// What makes the scene itself unfit for measuring: one sentence, or nothing. A reflector on the last axis,
-/// from which the last joint cannot be told, or one inside the tool's body; joints without room.
+/// which makes the last joint not identifiable, or one inside the tool's body; joints without room.
 std::optional<std::string> scene_mistake(const Scene& scene);
 
 }  // namespace truepose

@@ -77,8 +77,8 @@ bool add_approaches(TestCubePoses& poses, double way_mm, Checkers& check) {
 /// The five poses of a cube, if they can be measured and driven from one to the next.
 /// @param q  on the branch that is wanted
 std::optional<TestCubePoses> poses_of(const TestCube& cube, const Eigen::Matrix3d& R_BF,
-                                      const TestCubeWish& wish, const JointVector& q, Checkers& check) {
-  TestCubePoses poses{cube, R_BF, test_positions(cube, wish.plane), {}, {}};
+                                      const TestCubeRequest& request, const JointVector& q, Checkers& check) {
+  TestCubePoses poses{cube, R_BF, test_positions(cube, request.plane), {}, {}};
   for (std::size_t i = 0; i < poses.q.size(); ++i) {
     const auto found = joints_at(check.pose.scene(), R_BF, poses.p_B_mm[i], i == 0 ? q : poses.q[0]);
     if (!found || check.pose.fault_of(*found)) return std::nullopt;
@@ -87,35 +87,36 @@ std::optional<TestCubePoses> poses_of(const TestCube& cube, const Eigen::Matrix3
   for (std::size_t i = 0; i < poses.q.size(); ++i) {
     if (!check.motion.clear(poses.q[i], poses.q[(i + 1) % poses.q.size()])) return std::nullopt;
   }
-  if (wish.approach_mm > 0 && !add_approaches(poses, wish.approach_mm, check)) return std::nullopt;
+  if (request.approach_mm > 0 && !add_approaches(poses, request.approach_mm, check)) return std::nullopt;
   return poses;
 }
 
-std::string no_cube(const TestCubeWish& wish, double edge_mm) {
+std::string no_cube(const TestCubeRequest& request, double edge_mm) {
   return formatted(
       "no cube with an edge of %.0f mm%s%s has a diagonal plane of five poses that the tracker sees%s: "
       "choose a smaller one, or another place or orientation",
-      edge_mm, wish.centre_mm ? " at this centre" : "", wish.orientation ? " in this orientation" : "",
-      wish.approach_mm > 0 ? " and the arm comes to P1, P2 and P4 along every axis" : "");
+      edge_mm, request.centre_mm ? " at this centre" : "", request.orientation ? " in this orientation" : "",
+      request.approach_mm > 0 ? " and the arm comes to P1, P2 and P4 along every axis" : "");
 }
 
 }  // namespace
 
-std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene, const TestCubeWish& wish) {
-  auto candidates = draw_candidates(scene, {.poses = kTrials, .seed = wish.seed}, 1);
+std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene,
+                                                          const TestCubeRequest& request) {
+  auto candidates = draw_candidates(scene, {.poses = kTrials, .seed = request.seed}, 1);
   if (!candidates) return std::unexpected(candidates.error());
   // The standard asks for the part of the workspace that is used most: not where joints are at their ends.
   std::ranges::sort(candidates->poses, {},
                     [&](const JointVector& q) { return nearness_to_limits(scene.robot, q); });
   Checkers check{PoseChecker{scene}, MotionChecker{scene}};
   std::vector<double> edges{1000, 630, 400, 250};
-  if (wish.edge_mm) edges = {*wish.edge_mm};
+  if (request.edge_mm) edges = {*request.edge_mm};
   const auto around = [&](const JointVector& q, double edge_mm) -> std::optional<TestCubePoses> {
     const Eigen::Isometry3d X_BF = forward_kinematics(scene.robot, q);
     TestCube cube{.edge_mm = edge_mm};
-    cube.X_BC.translation() = wish.centre_mm.value_or(X_BF * scene.sight.p_FS_mm);
-    if (!wish.centre_mm && !wish.task.holds(cube.X_BC.translation())) return std::nullopt;
-    return poses_of(cube, wish.orientation.value_or(X_BF.linear()), wish, q, check);
+    cube.X_BC.translation() = request.centre_mm.value_or(X_BF * scene.sight.p_FS_mm);
+    if (!request.centre_mm && !request.task.holds(cube.X_BC.translation())) return std::nullopt;
+    return poses_of(cube, request.orientation.value_or(X_BF.linear()), request, q, check);
   };
   // A smaller cube where the arm works says more than a larger one behind it.
   const auto behind = std::ranges::stable_partition(
@@ -127,7 +128,7 @@ std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene, co
       }
     }
   }
-  return std::unexpected(no_cube(wish, edges.back()));
+  return std::unexpected(no_cube(request, edges.back()));
 }
 
 }  // namespace truepose

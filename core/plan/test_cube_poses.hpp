@@ -13,7 +13,7 @@
 namespace truepose {
 
 /// What is wanted of the poses of an ISO 9283 test; what is left out is chosen.
-struct TestCubeWish {
+struct TestCubeRequest {
   std::optional<Eigen::Vector3d> centre_mm;  ///< base frame
   Box task;                                  ///< in which a chosen centre is
   std::optional<double> edge_mm;             ///< left out: the greatest of the standard's 1000, 630, 400, 250
@@ -44,6 +44,6 @@ struct TestCubePoses {
 /// can: in front of the arm before behind it, the largest first, far from the joint limits before near them.
 ///
 /// @return or one sentence: why there is none
-std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene, const TestCubeWish& wish);
+std::expected<TestCubePoses, std::string> place_test_cube(const Scene& scene, const TestCubeRequest& request);
 
 }  // namespace truepose

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "core/calibrate/screening.hpp"
+#include "core/calibrate/outlier_rejection.hpp"
 #include "core/change/chance_of_gain.hpp"
 #include "core/change/drift_check.hpp"
 #include "core/change/movement.hpp"
@@ -307,7 +307,7 @@ Finds joints_stale(const Case& of) {
       const auto is_there = [&](std::size_t i) {
         const Measurement& other = of.data.points[i];
         return other.smr == point.smr && other.station == point.station &&
-               (other.p_WS_mm - point.p_WS_mm).norm() > kFarthestError_mm;
+               (other.p_WS_mm - point.p_WS_mm).norm() > kMaxArmError_mm;
       };
       if (std::any_of(pose.begin(), pose.begin() + static_cast<std::ptrdiff_t>(k), is_there))
         stale.push_back(pose[k]);
@@ -328,18 +328,18 @@ Finds joints_stale(const Case& of) {
 }
 
 /// Of readings that are the same to the last digit, all but the first.
-std::ptrdiff_t readings_told_again(std::span<const Measurement> points) {
+std::ptrdiff_t count_repeated_readings(std::span<const Measurement> points) {
   const auto reading = [](const Measurement& m) {
     std::vector<double> numbers(m.q.begin(), m.q.end());
     numbers.insert(numbers.end(), m.p_WS_mm.begin(), m.p_WS_mm.end());
     return numbers;
   };
-  std::set<std::vector<double>> told;
-  return std::ranges::count_if(points, [&](const Measurement& m) { return !told.insert(reading(m)).second; });
+  std::set<std::vector<double>> seen;
+  return std::ranges::count_if(points, [&](const Measurement& m) { return !seen.insert(reading(m)).second; });
 }
 
-Finds told_twice(const Case& of) {
-  const std::ptrdiff_t again = readings_told_again(of.data.points);
+Finds repeated_readings(const Case& of) {
+  const std::ptrdiff_t again = count_repeated_readings(of.data.points);
   if (!of.noise_known() || again == 0) return std::nullopt;
   return finding(
       Duplicates,
@@ -463,10 +463,10 @@ CalibrationFigures figures_of(const CalibrationEvidence& of) {
 
 constexpr std::array kOfFigures{not_converged, no_better, too_few_validated, unknown_elsewhere};
 constexpr std::array kOfEvidence{
-    too_much_left,    reference_moved,   moved_meanwhile,          still_warming_up, more_than_predicted,
-    beyond_tolerance, nearer_than_noise, far_validation,           rows_left_out,    joints_stale,
-    told_twice,       clock_was_set,     noise_not_stated,         joints_rounded,   field_of_some,
-    on_last_axis,     poses_narrow,      warmth_of_validation_open};
+    too_much_left,     reference_moved,   moved_meanwhile,          still_warming_up, more_than_predicted,
+    beyond_tolerance,  nearer_than_noise, far_validation,           rows_left_out,    joints_stale,
+    repeated_readings, clock_was_set,     noise_not_stated,         joints_rounded,   field_of_some,
+    on_last_axis,      poses_narrow,      warmth_of_validation_open};
 
 template <typename Questions, typename Of>
 void ask(const Questions& questions, const Of& of, CalibrationVerdict& verdict) {
@@ -489,7 +489,8 @@ bool CalibrationVerdict::failed() const {
 CalibrationVerdict calibration_verdict(const CalibrationEvidence& evidence) {
   CalibrationVerdict verdict;
   ask(kOfFigures, figures_of(evidence), verdict);
-  verdict.findings.insert(verdict.findings.end(), evidence.beside.begin(), evidence.beside.end());
+  verdict.findings.insert(verdict.findings.end(), evidence.further_findings.begin(),
+                          evidence.further_findings.end());
   ask(kOfEvidence, Case{evidence}, verdict);
   return verdict;
 }

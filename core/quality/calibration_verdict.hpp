@@ -24,7 +24,8 @@ struct CalibrationVerdict {
 
   /// Green: no more than notes. Red: an error. Amber: all between.
   VerdictColor color() const;
-  /// Whether a test failed: then a command ends with 1, and no daemon uses the model before somebody says so.
+  /// Whether a test failed: then a command ends with 1, and no daemon uses the model before an operator
+  /// confirms it.
   bool failed() const;
 };
 
@@ -38,7 +39,7 @@ struct CalibrationEvidence {
   std::optional<ErrorStatistics> remeasured = {};  ///< of validation poses reached with compensated joints
   /// Whether the model's use is known to be where it was measured: else it is that of the whole arm.
   bool task_stated = false;
-  std::span<const Finding> beside = {};  ///< what was found while it was measured
+  std::span<const Finding> further_findings = {};  ///< what was found while it was measured
 };
 
 /// Whether a calibration may be trusted: the one answer to that, on the command line, in the daemon and in

@@ -26,7 +26,7 @@ const TestPoint& farthest(const std::vector<TestPoint>& points) {
 /// What may be wrong with all positions of a file, and how it is undone.
 struct FileMistake {
   std::string wrong, remedy;
-  std::function<void(TestPoint&)> mend;
+  std::function<void(TestPoint&)> apply_fix;
 };
 
 void add_units(std::vector<FileMistake>& mistakes) {
@@ -60,15 +60,15 @@ std::optional<std::string> not_as_commanded(const std::vector<TestPoint>& points
   const auto given = into_frame(points);
   if (!given) return given.error();
   const TestPoint& far = farthest(*given);
-  if (distance_mm(far) <= kFarthestError_mm) return std::nullopt;
+  if (distance_mm(far) <= kMaxArmError_mm) return std::nullopt;
   std::vector<FileMistake> mistakes;
   add_units(mistakes);
   add_columns(mistakes);
   for (const FileMistake& mistake : mistakes) {
-    std::vector<TestPoint> mended = points;
-    std::ranges::for_each(mended, mistake.mend);
-    const auto in_frame = into_frame(std::move(mended));
-    if (!in_frame || distance_mm(farthest(*in_frame)) > kFarthestError_mm) continue;
+    std::vector<TestPoint> fixed = points;
+    std::ranges::for_each(fixed, mistake.apply_fix);
+    const auto in_frame = into_frame(std::move(fixed));
+    if (!in_frame || distance_mm(farthest(*in_frame)) > kMaxArmError_mm) continue;
     return mistake.wrong + ": with " + mistake.remedy +
            formatted(" the largest distance from a commanded position falls from %.4g to %.3g mm",
                      distance_mm(far), distance_mm(farthest(*in_frame)));

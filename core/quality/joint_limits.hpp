@@ -9,8 +9,8 @@
 
 namespace truepose {
 
-/// Advice where joints were measured beyond the limits of the nominal arm, by more than an encoder reads
-/// beside a stop: what is said over the joint limits is then of another range than the arm's.
+/// Advice if joints were measured beyond the limits of the nominal arm, by more than an encoder reads at a
+/// hard stop. Statements over the joint limits then hold for another range than the arm's.
 std::optional<Finding> measured_beyond_limits(const RobotModel& nominal, std::span<const Measurement> points);
 
 }  // namespace truepose

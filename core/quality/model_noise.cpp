@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/calibrate/screening.hpp"
+#include "core/calibrate/outlier_rejection.hpp"
 #include "core/change/drift_causes.hpp"
 
 namespace truepose {

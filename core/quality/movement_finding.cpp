@@ -30,7 +30,8 @@ std::string way_of(const Movement& moved, const MeasurementData& data) {
 
 /// A base, a joint or a reflector that something happened to while it was measured.
 std::string in_words(const Change& change, const MeasurementData& data) {
-  if (change.kind == ChangeKind::Base) return told_of(data, change.index) + "the tracker or the base moved";
+  if (change.kind == ChangeKind::Base)
+    return station_prefix(data, change.index) + "the tracker or the base moved";
   if (change.kind == ChangeKind::JointZero)
     return formatted("the encoder offset of joint %d changed", change.index + 1);
   if (change.kind == ChangeKind::Growth)

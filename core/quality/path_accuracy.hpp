@@ -15,7 +15,7 @@ namespace truepose {
 struct PathSample {
   double time_s = 0;
   bool at_point = false;    ///< the program stands at one of its points, settled
-  double gain_percent = 0;  ///< of the correction that was in force, 100 at most; below 0: none, and why
+  double gain_percent = 0;  ///< of the correction that was in effect, 100 at most; below 0: none, and why
   Eigen::Vector3d wanted_mm{0, 0, 0};   ///< of the data sheet's arm at the set points
   Eigen::Vector3d with_mm{0, 0, 0};     ///< of the real arm as it went
   Eigen::Vector3d without_mm{0, 0, 0};  ///< of the real arm, had its axes stood at the set points
@@ -32,7 +32,7 @@ struct ProductionPath {
   std::optional<DriveLag> lag;      ///< where the axes were recorded
 };
 
-/// Whether the arm went on from one sample to the next: no time is missing between them.
+/// Whether the arm continued from one sample to the next: no time is missing between them.
 bool goes_on(const PathSample& from, const PathSample& to);
 
 /// Where the reflector should have been, and how far it was from there, mm.
@@ -49,7 +49,7 @@ struct SampleErrors {
 /// they cut off a curve is; from the wanted path with the same lag applied, that is none either.
 std::vector<SampleErrors> sample_errors(std::span<const PathSample> samples);
 
-/// The points that the program left before all of the correction was in force; where it waited for that, it
+/// The points that the program left before all of the correction was in effect; where it waited for that, it
 /// is none.
 std::vector<PathSample> partly_corrected_points(std::span<const PathSample> samples);
 
@@ -65,7 +65,7 @@ struct ErrorComparison {
   bool improved() const { return improves(without.mean, with.mean); }
 };
 
-/// What the correction did for a program, judged where all of it was in force.
+/// What the correction did for a program, judged where all of it was in effect.
 struct PathAccuracy {
   std::optional<ErrorComparison> points;  ///< where any was judged, as below
   int points_partly_corrected = 0;

@@ -34,17 +34,17 @@ Finds beyond_tolerance(Splits splits, const std::optional<double>& tolerance_mm)
                     *tolerance_mm, worst.largest_mm, worst.seed));
 }
 
-/// What is found of other splits and is not told of the first already.
+/// Findings of other splits that the first split does not have.
 ///
 /// @param kind     of the gravest finding of those that count it has the severity
 /// @param do_what  "refuse the model"
-Finds found_of_others(Splits splits, FindingKind kind, const std::string& do_what) {
+Finds findings_of_other_splits(Splits splits, FindingKind kind, const std::string& do_what) {
   const Severity severity = row_of(kind).severity;
-  const std::vector<Finding>& told = splits.front().verdict.findings;
+  const std::vector<Finding>& of_first = splits.front().verdict.findings;
   const auto has = [&](const JudgedSplit& split) { return gravest(split) == severity; };
   const auto other = std::ranges::find_if(splits.subspan(1), [&](const JudgedSplit& split) {
     return has(split) &&
-           !std::ranges::count(told, split.verdict.findings.front().sentence, &Finding::sentence);
+           !std::ranges::count(of_first, split.verdict.findings.front().sentence, &Finding::sentence);
   });
   if (other == splits.subspan(1).end()) return std::nullopt;
   return finding(kind, share_of(std::ranges::count_if(splits, has), splits) + " " + do_what +
@@ -53,8 +53,8 @@ Finds found_of_others(Splits splits, FindingKind kind, const std::string& do_wha
 }
 
 /// So many raise doubts as chance alone does not.
-Finds doubts_of_others(Splits splits) {
-  const Finds found = found_of_others(splits, FindingKind::SplitsDoubted, "raise doubts");
+Finds warnings_of_other_splits(Splits splits) {
+  const Finds found = findings_of_other_splits(splits, FindingKind::SplitsDoubted, "raise doubts");
   const auto doubted = std::ranges::count(splits, Severity::Warning, gravest);
   if (!found || 2 * doubted > std::ssize(splits)) return found;
   return finding(FindingKind::SplitsDoubtedSome, found->sentence);
@@ -64,9 +64,9 @@ Finds doubts_of_others(Splits splits) {
 
 CalibrationVerdict verdict_over_splits(Splits splits, std::optional<double> tolerance_mm) {
   CalibrationVerdict verdict = splits.front().verdict;
-  for (Finds found :
-       {beyond_tolerance(splits, tolerance_mm),
-        found_of_others(splits, FindingKind::SplitsRefused, "refuse the model"), doubts_of_others(splits)})
+  for (Finds found : {beyond_tolerance(splits, tolerance_mm),
+                      findings_of_other_splits(splits, FindingKind::SplitsRefused, "refuse the model"),
+                      warnings_of_other_splits(splits)})
     if (found) verdict.findings.push_back(*std::move(found));
   std::ranges::stable_sort(verdict.findings, std::ranges::greater{}, &Finding::severity);
   return verdict;

@@ -32,7 +32,7 @@ std::vector<bool> drawn(std::size_t of, std::size_t count, Random& random) {
 
 SimulatedCampaign measure_campaign(const TrueArmSetup& arm, std::span<const JointVector> identify,
                                    std::span<const JointVector> validate, const CampaignOptions& options) {
-  // Streams of their own, so that gross errors do not change the noise of the other points.
+  // Streams of their own, so that outliers do not change the noise of the other points.
   Random seeds{options.seed};
   TrueArm repeating{arm, seeds.next()};
   Random noise{seeds.next()}, fault{seeds.next()}, turning{seeds.next()};

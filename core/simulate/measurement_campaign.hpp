@@ -39,7 +39,7 @@ struct SimulatedCampaign {
   MeasurementData data;
   std::vector<Eigen::Vector3d> p_true_mm;   ///< where the arm stands on average: p_WS without any noise
   std::vector<Eigen::Vector3d> p_stood_mm;  ///< where it stood, its repeatability included
-  std::vector<bool> gross;                  ///< whether the reading is a gross error
+  std::vector<bool> gross;                  ///< whether the reading is an outlier
 };
 
 /// Drives the arm through the poses, in the given order, and measures its one reflector ("1") at each: first

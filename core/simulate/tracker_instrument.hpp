@@ -53,7 +53,7 @@ struct TrackerInstrument {
   TripodDrift stand;
   bool weather_station = true;
   std::optional<Air> air;                 ///< that it measures through; none: what it corrects by
-  std::vector<Eigen::Vector3d> nests_mm;  ///< reflectors that stand beside the arm's
+  std::vector<Eigen::Vector3d> nests_mm;  ///< fixed reflectors, in addition to those on the arm
 };
 
 /// Refractive index for a modulation of light of 795 nm. Its own formula, so that it can judge those of

@@ -87,8 +87,8 @@ struct TrueArmSetup {
   Eigen::Vector3d p_FS_mm{0, 0, 0};
   Eigen::Vector3d facing_F{0, 0, 1};           ///< direction of the reflector's opening, any length but zero
   double acceptance_rad = 0.5235987755982988;  ///< half angle of the cone in which the beam returns (30 deg)
-  double repeatability_mm = 0;                 ///< standard deviation per axis, drawn anew at each stop
-  std::vector<TrueReflector> further{};        ///< beside that one
+  double repeatability_mm = 0;                 ///< standard deviation per axis, drawn at each stop
+  std::vector<TrueReflector> further{};        ///< in addition to that one
   Eigen::Matrix3d R_FT = Eigen::Matrix3d::Identity();  ///< how the first is mounted where it is a 6-D target
 };
 
@@ -112,7 +112,7 @@ class TrueArm {
   /// Direction in which each joint last moved; empty before the first.
   const ApproachDirections& directions() const { return directions_; }
 
-  /// Somebody puts the first reflector elsewhere on the flange, opened as before.
+  /// Moves the first reflector to another place on the flange, opened as before.
   void put_reflector(const Eigen::Vector3d& p_FS_mm) {
     setup_.p_FS_mm = reflectors_.front().p_FS_mm = p_FS_mm;
   }

@@ -30,7 +30,7 @@ class ArmMotion {
       : robot_{robot}, devices_{devices}, compute_{std::move(compute)} {}
 
   /// Needed before the first motion.
-  void use_ways_of(std::shared_ptr<PoseSupply> poses) { poses_ = std::move(poses); }
+  void use_paths_of(std::shared_ptr<PoseSupply> poses) { poses_ = std::move(poses); }
 
   /// @return the actual joint positions at the end
   CellDevices::Outcome<JointVector> drive(JointVector q);

@@ -23,8 +23,8 @@ class BaseCampaign final : public CampaignProcedure {
   FrameReadings readings() const;
   CampaignOutcome<void> evaluate();
   std::string point_of_base(std::size_t point) const;
-  std::string wish(std::size_t point) const;
-  std::string touch_wish(std::size_t point, int touch) const;
+  std::string request(std::size_t point) const;
+  std::string touch_request(std::size_t point, int touch) const;
 
   MeasuringSession& session_;
   BaseOrder order_;
@@ -53,11 +53,11 @@ std::string BaseCampaign::point_of_base(std::size_t point) const {
   return "point \"" + order_.points[point].point.name + "\" of base " + std::to_string(order_.number);
 }
 
-std::string BaseCampaign::wish(std::size_t point) const {
+std::string BaseCampaign::request(std::size_t point) const {
   return "put the reflector at " + point_of_base(point) + ", opened to the tracker, then resume the campaign";
 }
 
-std::string BaseCampaign::touch_wish(std::size_t point, int touch) const {
+std::string BaseCampaign::touch_request(std::size_t point, int touch) const {
   const std::string which = " (" + std::to_string(touch) + " of " + std::to_string(order_.readings) +
                             (touch > 1 ? ", turned to another side" : "") + ")";
   return "touch " + point_of_base(point) + " with the TCP of tool " +
@@ -70,18 +70,19 @@ CampaignOutcome<void> BaseCampaign::read(std::size_t point) {
   const FixturePoint& wanted = order_.points[point];
   const Eigen::Vector3d p_W_mm = order_.by.cell.base.isometry() * wanted.p_B_mm;
   const double search_mm = session_.config().tracker.first_search_radius_mm;
-  std::string sentence = wish(point);
-  co_await session_.wait_for_hand(sentence);
+  std::string sentence = request(point);
+  co_await session_.wait_for_operator(sentence);
   for (int n = 0; n < order_.readings;) {
-    const MeasuringSession::Beside beside{session_.next_number(), wanted.point.name, PointPurpose::Frame};
-    auto seen = co_await session_.measure_beside(beside, p_W_mm, search_mm);
+    const MeasuringSession::FixedReflector reflector{session_.next_number(), wanted.point.name,
+                                                     PointPurpose::Frame};
+    auto seen = co_await session_.measure_fixed(reflector, p_W_mm, search_mm);
     if (!seen) co_return std::unexpected(seen.error());
     if (*seen) {
       ++n;
       continue;
     }
-    sentence = "the tracker did not see it: " + wish(point);
-    co_await session_.wait_for_hand(sentence);
+    sentence = "the tracker did not see it: " + request(point);
+    co_await session_.wait_for_operator(sentence);
   }
   co_return Done{};
 }
@@ -90,7 +91,7 @@ CampaignOutcome<void> BaseCampaign::touch(std::size_t point) {
   Done done;
   for (int n = 1; done && n <= order_.readings; ++n) {
     MeasuringSession::Touch touch{session_.next_number(), order_.points[point].point.name,
-                                  touch_wish(point, n)};
+                                  touch_request(point, n)};
     done = co_await session_.touch(std::move(touch));
   }
   co_return done;
@@ -99,7 +100,7 @@ CampaignOutcome<void> BaseCampaign::touch(std::size_t point) {
 FrameReadings BaseCampaign::readings() const {
   std::vector<FramePoint> points;
   for (const FixturePoint& point : order_.points) points.push_back(point.point);
-  // What was touched no tracker's motion puts right.
+  // What was touched no tracker's motion corrects.
   return readings_of_base(order_.touch ? session_.result().points : session_.corrected().points,
                           std::move(points));
 }

@@ -46,7 +46,7 @@ class CalibrationCampaign final : public CampaignProcedure {
   std::optional<CampaignError> too_few_left(std::size_t targets_done) const;
   CampaignOutcome<void> identify();
   boost::asio::awaitable<void> judge_again();
-  void tell_doubts();
+  void report_doubts();
   CampaignOutcome<void> remeasure();
   CampaignOutcome<Targets> compensate();
   void judge_remeasured();
@@ -66,8 +66,8 @@ CalibrationCampaign::CalibrationCampaign(MeasuringSession& session) : session_{s
 
 CampaignOutcome<void> CalibrationCampaign::run() {
   Done done = co_await plan();
-  // One that goes on is warmed up where it does.
-  session_.before_going_on([this] { return warm_up(); });
+  // One that continues is warmed up where it does.
+  session_.before_resuming([this] { return warm_up(); });
   if (done && !session_.resumes()) done = co_await warm_up();
   if (done) done = co_await measure_to_identify();
   if (done) done = co_await measure_to_validate();
@@ -144,7 +144,7 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
   co_return Done{};
 }
 
-/// Once so many poses were lost that no fit can succeed any more, there is nothing to go on for.
+/// Once so many poses were lost that no fit can succeed any more, there is nothing to continue for.
 std::optional<CampaignError> CalibrationCampaign::too_few_left(std::size_t targets_done) const {
   const auto to_come = std::ranges::count(identify_.begin() + static_cast<std::ptrdiff_t>(targets_done),
                                           identify_.end(), PointPurpose::Identify, &MeasuringTarget::purpose);
@@ -183,7 +183,7 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
   };
   auto fitted = co_await session_.compute(job);
   if (!fitted) {
-    // What served so far goes on serving; the next point brings another try.
+    // What served so far continues serving; the next point brings another try.
     session_.report_trouble("base and reflector are not known yet: " + fitted.error().detail);
     co_return Done{};
   }
@@ -220,7 +220,7 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
   found().elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
   Done kept = co_await session_.keep_identified(hash_of(found().calibration));
   if (!kept) co_return kept;
-  tell_doubts();
+  report_doubts();
   session_.expect(found().calibration.cell);
   co_return Done{};
 }
@@ -233,10 +233,10 @@ boost::asio::awaitable<void> CalibrationCampaign::judge_again() {
     return verdict_on(found(), measured.points, session_.config(), measured.resumptions);
   };
   found().verdict = co_await session_.compute(job);
-  tell_doubts();
+  report_doubts();
 }
 
-void CalibrationCampaign::tell_doubts() {
+void CalibrationCampaign::report_doubts() {
   for (const Finding& finding : found().verdict.findings)
     if (finding.severity >= Severity::Warning)
       session_.report_trouble("the model is in doubt: " + finding.sentence);

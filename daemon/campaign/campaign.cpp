@@ -23,7 +23,7 @@ Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJ
                    CampaignObserver& observer, RunJob run_compute, CampaignOrder order,
                    std::shared_ptr<const CampaignPast> past)
     : config_{std::move(config)},
-      why_anew_{why_anew(order)},
+      reason_not_resumable_{reason_not_resumable(order)},
       session_{config_, devices, journal, observer, std::move(run_compute), std::move(past)},
       procedure_{std::visit([this](auto of_kind) { return procedure_of(session_, std::move(of_kind)); },
                             std::move(order))} {}
@@ -50,7 +50,7 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
                        stopped.error().detail;
   }
   // What was measured before is as good as it was.
-  if (error && !aborting_ && session_.resumes() && !session_.has_gone_on()) {
+  if (error && !aborting_ && session_.resumes() && !session_.has_resumed()) {
     error->detail = "it did not resume: " + error->detail;
     error->interrupted = true;
   }
@@ -77,8 +77,8 @@ void Campaign::abort(std::string reason) {
 
 void Campaign::interrupt(std::string reason) {
   if (aborting_) return;
-  interrupting_ = why_anew_.empty();
-  abort(interrupting_ ? std::move(reason) : reason + "; " + why_anew_);
+  interrupting_ = reason_not_resumable_.empty();
+  abort(interrupting_ ? std::move(reason) : reason + "; " + reason_not_resumable_);
 }
 
 }  // namespace truepose::daemon

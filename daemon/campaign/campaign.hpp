@@ -59,7 +59,7 @@ std::unique_ptr<CampaignProcedure> procedure_of(MeasuringSession& session, BaseO
 class Campaign {
  public:
   /// What is referred to outlives run().
-  /// @param past  of a campaign that was interrupted and is to go on; null: it begins
+  /// @param past  of a campaign that was interrupted and is to continue; null: it begins
   Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
            CampaignObserver& observer, RunJob run_compute, CampaignOrder order = CalibrationOrder{},
            std::shared_ptr<const CampaignPast> past = {});
@@ -73,7 +73,7 @@ class Campaign {
   void resume() { session_.resume(); }
   /// Stops the arm. run() then returns Aborted with this reason, and says where the arm could not be stopped.
   void abort(std::string reason);
-  /// The same, but a campaign of a kind that may go on ends as interrupted.
+  /// The same, but a campaign of a kind that may continue ends as interrupted.
   void interrupt(std::string reason);
 
   CampaignProgress progress() const { return session_.progress(); }
@@ -85,7 +85,7 @@ class Campaign {
   CampaignOutcome<void> steps();
 
   config::CellConfig config_;
-  std::string why_anew_;  ///< where it cannot go on; else empty
+  std::string reason_not_resumable_;  ///< where it cannot continue; else empty
   MeasuringSession session_;
   std::unique_ptr<CampaignProcedure> procedure_;
   bool aborting_ = false, interrupting_ = false;

@@ -73,7 +73,7 @@ class CampaignJournal {
   virtual ~CampaignJournal() = default;
   /// Called once, before anything else.
   /// @param total  poses over all phases as they are known then
-  /// @return when it began, or goes on: RFC 3339
+  /// @return when it began, or continues: RFC 3339
   virtual boost::asio::awaitable<StoreResult<std::string>> begin(int total) = 0;
   /// Once the devices are known.
   virtual boost::asio::awaitable<StoreResult<void>> know(Identities identities) = 0;

@@ -49,13 +49,13 @@ void layout(record::Io& io, KeptOrder& x) {
 
 // What is touched stays where it is, whoever waits for the hand; whoever reads a fixture by the tracker has
 // to have it all from one stand.
-std::string_view why_anew(const CampaignOrder& order) {
+std::string_view reason_not_resumable(const CampaignOrder& order) {
   const auto* base = std::get_if<BaseOrder>(&order);
-  return base && base->touch ? std::string_view{} : why_anew(kind_name(order));
+  return base && base->touch ? std::string_view{} : reason_not_resumable(kind_name(order));
 }
 
 std::string order_text(const CampaignOrder& order, const config::CellConfig& config, bool activate) {
-  if (!why_anew(order).empty()) return {};
+  if (!reason_not_resumable(order).empty()) return {};
   KeptOrder kept{.options = config::campaign_options(config),
                  .nests = static_cast<int>(config.tracker.nests_mm.size()),
                  .activate = activate,

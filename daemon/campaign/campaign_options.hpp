@@ -10,7 +10,8 @@
 
 namespace truepose::daemon {
 
-/// What a campaign was ordered to do, as the store keeps it so that it may go on after the end of the daemon.
+/// What a campaign was ordered to do, as the store keeps it so that it may continue after the end of the
+/// daemon.
 struct KeptOrder {
   std::string options;  ///< as config::campaign_options() says them
   int nests = 0;        ///< that the cell had
@@ -25,10 +26,10 @@ struct KeptOrder {
   std::string touching_tool;      ///< of that, the tool's file (YAML); else empty
 };
 
-/// Why a campaign that is to do this has to be started anew after an interruption; empty: it may go on.
-std::string_view why_anew(const CampaignOrder& order);
+/// Why a campaign of this order cannot be resumed after an interruption; empty: it can.
+std::string_view reason_not_resumable(const CampaignOrder& order);
 
-/// @return the text; empty of a campaign that has to be started anew
+/// @return the text; empty for a campaign that cannot be resumed
 std::string order_text(const CampaignOrder& order, const config::CellConfig& config, bool activate);
 
 /// Error: what in the text cannot be read.

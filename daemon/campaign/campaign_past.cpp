@@ -140,7 +140,7 @@ boost::json::array interruptions_json(const std::vector<Resumption>& resumptions
   return record::to_json(std::vector<record::Interruption>(resumptions.begin(), resumptions.end()));
 }
 
-StoredPoint seen_at_first(StoredPoint point, const std::vector<Resumption>& resumptions) {
+StoredPoint in_first_frame(StoredPoint point, const std::vector<Resumption>& resumptions) {
   if (point.p_WS_mm && point.resumption > 0 &&
       static_cast<std::size_t>(point.resumption) <= resumptions.size())
     point.transform(resumptions[static_cast<std::size_t>(point.resumption) - 1].X_first_now);

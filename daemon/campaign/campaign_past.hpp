@@ -13,7 +13,7 @@
 
 namespace truepose::daemon {
 
-/// What an interrupted campaign had come to, as the store has it. It goes on by taking the same steps once
+/// What an interrupted campaign had come to, as the store has it. It continues by taking the same steps once
 /// more: what was measured or skipped is taken from here, until a step comes that was not taken yet.
 struct CampaignPast {
   CampaignRecord record;
@@ -36,7 +36,7 @@ struct CampaignPast {
   /// What was planned; nothing where it was interrupted before that.
   std::optional<EarlierPlan> earlier_plan() const;
 
-  /// Why the campaign cannot go on in the cell as its file describes it now, one sentence that begins with
+  /// Why the campaign cannot continue in the cell as its file describes it now, one sentence that begins with
   /// what does not fit; nothing where it can.
   std::optional<std::string> misfit(const config::CellConfig& config) const;
 };
@@ -47,10 +47,10 @@ StoreResult<CampaignPast> read_past(Store& store, const std::string& campaign_id
 /// "the campaign was interrupted (2026-01-31T12:00:00Z) and went on (2026-01-31T12:10:00Z): nothing moved".
 std::string described(const Resumption& resumption);
 
-/// After which it went on, as documents and answers list them.
+/// After which it continued, as documents and answers list them.
 boost::json::array interruptions_json(const std::vector<Resumption>& resumptions);
 
 /// The point as the tracker would have seen it when the campaign began.
-StoredPoint seen_at_first(StoredPoint point, const std::vector<Resumption>& resumptions);
+StoredPoint in_first_frame(StoredPoint point, const std::vector<Resumption>& resumptions);
 
 }  // namespace truepose::daemon

@@ -8,7 +8,7 @@
 namespace truepose::daemon {
 namespace {
 
-bool tells_the_arm(const StoredPoint& point) {
+bool shows_arm(const StoredPoint& point) {
   return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
 }
 
@@ -16,8 +16,7 @@ bool tells_the_arm(const StoredPoint& point) {
 std::vector<std::string> reflector_names(const std::vector<StoredPoint>& points, const std::string& first) {
   std::vector<std::string> names;
   for (const StoredPoint& point : points)
-    if (tells_the_arm(point) && std::ranges::find(names, point.smr) == names.end())
-      names.push_back(point.smr);
+    if (shows_arm(point) && std::ranges::find(names, point.smr) == names.end()) names.push_back(point.smr);
   if (names.empty()) return {first};
   if (const auto found = std::ranges::find(names, first); found != names.end())
     std::rotate(names.begin(), found, found + 1);
@@ -30,7 +29,7 @@ MeasurementData measurement_data(const std::vector<StoredPoint>& points, const s
   MeasurementData data;
   data.smr_names = reflector_names(points, smr);
   for (const StoredPoint& point : points) {
-    if (!tells_the_arm(point)) continue;
+    if (!shows_arm(point)) continue;
     Measurement measurement;
     measurement.q = point.q_actual;
     measurement.direction = point.direction;

@@ -123,7 +123,7 @@ struct CalibrationResult {
   std::vector<RemeasuredPoint> remeasured_points;
   /// Distances of the reference pose from where it was measured first, in the order of measuring.
   std::vector<double> reference_drift_mm;
-  /// Where it failed, the model is not activated without somebody who decides so.
+  /// If it failed, the model is not activated without a decision of an operator.
   CalibrationVerdict verdict;
 };
 
@@ -233,7 +233,7 @@ enum class CampaignFault { Device, WrongArm, Planning, Store, Calibration, Abort
 struct CampaignError {
   CampaignFault fault;
   std::string detail;        ///< one sentence for the operator
-  bool interrupted = false;  ///< it may go on later
+  bool interrupted = false;  ///< it may continue later
   std::string what_to_do{};  ///< about the cause; empty: the detail ends with it
 };
 

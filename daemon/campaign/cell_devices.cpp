@@ -126,16 +126,16 @@ CellDevices::Outcome<Identities> CellDevices::connect(ArmProof proof, bool with_
 CellDevices::Outcome<void> CellDevices::recover(DeviceError lost) {
   const CellDevice device =
       lost.remedy == Remedy::ReconnectTracker ? CellDevice::Tracker : CellDevice::Controller;
-  for (std::string told;;) {
+  for (std::string reported;;) {
     await(device, lost.detail);
-    auto mended = co_await mend(lost.remedy);
-    if (mended || mended.error().remedy == Remedy::WrongArm) {
+    auto outcome = co_await apply_remedy(lost.remedy);
+    if (outcome || outcome.error().remedy == Remedy::WrongArm) {
       await(device, {});
-      co_return mended;
+      co_return outcome;
     }
-    lost = mended.error();
-    if (told != lost.detail) on_trouble_(lost.detail + "; trying again");
-    told = lost.detail;
+    lost = outcome.error();
+    if (reported != lost.detail) on_trouble_(lost.detail + "; trying again");
+    reported = lost.detail;
     const TimePoint next = clock_.now() + kAgain;
     co_await clock_.sleep_until(next);
   }
@@ -153,7 +153,7 @@ CellDevices::Outcome<void> CellDevices::connect_missing(bool robot, bool tracker
   co_return std::expected<void, DeviceError>{};
 }
 
-CellDevices::Outcome<void> CellDevices::mend(Remedy remedy) {
+CellDevices::Outcome<void> CellDevices::apply_remedy(Remedy remedy) {
   if (remedy == Remedy::ReconnectTracker) {
     auto tracker = co_await connect_tracker();
     if (!tracker) co_return std::unexpected(tracker.error());
@@ -204,14 +204,14 @@ CellDevices::Outcome<drivers::TrackerIdentity> CellDevices::connect_tracker() {
 }
 
 CellDevices::Outcome<void> CellDevices::wait_for_robot() {
-  for (std::string told;;) {
+  for (std::string reported;;) {
     const TimePoint deadline = clock_.now() + kAnswer;
     auto state = co_await robot_.state(deadline);
     if (!state) co_return std::unexpected(device_error(state.error()));
     if (state->ready) co_return std::expected<void, DeviceError>{};
     await(CellDevice::Controller, drivers::not_ready_text(state->why_not_ready));
-    if (told != state->why_not_ready) on_trouble_("robot: not ready, waiting: " + state->why_not_ready);
-    told = state->why_not_ready;
+    if (reported != state->why_not_ready) on_trouble_("robot: not ready, waiting: " + state->why_not_ready);
+    reported = state->why_not_ready;
     const TimePoint next = clock_.now() + kAgain;
     co_await clock_.sleep_until(next);
   }
@@ -314,26 +314,26 @@ CellDevices::Outcome<void> CellDevices::prove_arm() {
   co_return check_poses(config_.robot, poses);
 }
 
-CellDevices::Outcome<CellDevices::Sighted> CellDevices::measure(Sight sight) {
+CellDevices::Outcome<CellDevices::MeasureResult> CellDevices::measure(MeasureRequest request) {
   const TimePoint aimed_by = clock_.now() + kAim;
-  auto aimed = co_await tracker_.aim(sight.p_W_mm, sight.search_mm, aimed_by);
+  auto aimed = co_await tracker_.aim(request.p_W_mm, request.search_mm, aimed_by);
   if (!aimed) co_return std::unexpected(device_error(aimed.error(), config_.tracker));
-  auto point = co_await readings(sight.readings);
+  auto point = co_await readings(request.readings);
   if (!point) co_return std::unexpected(point.error());
-  Sighted sighted{*point, {}};
-  if (sight.two_face) {
+  MeasureResult result{*point, {}};
+  if (request.two_face) {
     auto turned = co_await turn_over();
     if (!turned) co_return std::unexpected(turned.error());
-    auto other = co_await readings(sight.readings);
+    auto other = co_await readings(request.readings);
     if (!other) co_return std::unexpected(other.error());
     const std::array both{*point, *other};
-    sighted = {mean_reading(both), *point};
+    result = {mean_reading(both), *point};
   }
-  const double off_mm = (sighted.point.p_WS_mm - sight.p_W_mm).norm();
-  if (off_mm <= sight.gate_mm) co_return sighted;
+  const double off_mm = (result.point.p_WS_mm - request.p_W_mm).norm();
+  if (off_mm <= request.gate_mm) co_return result;
   co_return std::unexpected(DeviceError{Remedy::Retry, "tracker: wrong reflector: found " + mm(off_mm) +
                                                            " from where ours should be, allowed are " +
-                                                           mm(sight.gate_mm)});
+                                                           mm(request.gate_mm)});
 }
 
 CellDevices::Outcome<drivers::SmrPoint> CellDevices::readings(int count) {

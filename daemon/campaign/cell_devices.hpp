@@ -35,9 +35,9 @@ struct Identities {
 DeviceError device_error(const drivers::RobotError& error);
 DeviceError device_error(const drivers::TrackerError& error, const config::TrackerConfig& tracker);
 
-/// What of the cell a campaign uses, beside that the controller tells where the arm stands.
+/// Which devices a campaign needs, in addition to the controller that reports the joint positions.
 struct CampaignNeeds {
-  bool moving_arm = true;  ///< else it stands, or somebody jogs it
+  bool moving_arm = true;  ///< else it stands, or an operator jogs it
   bool tracker = true;
 };
 
@@ -54,16 +54,17 @@ class CellDevices {
   using OnTrouble = std::function<void(const std::string&)>;
   using OnWaiting = std::function<void(CellDevice, const std::string& reason)>;
 
-  /// @param on_trouble  is told of every failure that is being dealt with
-  /// @param on_waiting  is told which device is waited for and why, and without a reason that it answers
+  /// @param on_trouble  is called with every failure that is being handled
+  /// @param on_waiting  is called with the device that is waited for and the reason; without a reason once
+  /// the device answers
   CellDevices(const config::CellConfig& config, CampaignDevices devices, OnTrouble on_trouble,
               OnWaiting on_waiting = {});
 
   template <typename T>
   using Outcome = boost::asio::awaitable<std::expected<T, DeviceError>>;
 
-  /// Connects both anew, tried once, and refuses an arm that is not the configured one.
-  /// @param with_tracker  else it stays as it is, and tells no identity
+  /// Reconnects both, with one attempt, and refuses an arm that is not the configured one.
+  /// @param with_tracker  else it stays as it is, and its identity is empty
   Outcome<Identities> connect(ArmProof proof = ArmProof::AsItStands, bool with_tracker = true);
 
   /// Moves every joint alone, by a degree and back, and compares what the controller says
@@ -80,10 +81,11 @@ class CellDevices {
   /// The actual joint positions.
   Outcome<JointVector> position();
 
-  /// Where the arm stands that somebody jogs: in any operating mode, by the controller's state server alone.
+  /// Position of an arm that an operator jogs: in any operating mode, by the controller's state server alone.
   /// Fails with Retry while it moves.
   Outcome<JointVector> standstill();
-  /// Whether an arm at q stands where another time it stood at `before`: nobody jogs it back so well.
+  /// Whether an arm at q stands where another time it stood at `before`: no operator jogs it back so
+  /// precisely.
   static bool has_stayed(const JointVector& q, const JointVector& before);
 
   /// Moves, and compares what the controller says of its axes and its flange there with ours.
@@ -91,20 +93,20 @@ class CellDevices {
   Outcome<JointVector> move(JointVector q);
 
   /// Where a reflector is looked for, and how it is measured.
-  struct Sight {
+  struct MeasureRequest {
     Eigen::Vector3d p_W_mm;
     double search_mm = 0;
     double gate_mm = 0;     ///< farther from `p_W_mm` is another reflector: an error
     int readings = 1;       ///< one after the other; the point is their mean, see mean_reading()
     bool two_face = false;  ///< in both faces; the point is their mean
   };
-  struct Sighted {
+  struct MeasureResult {
     drivers::SmrPoint point;
     std::optional<drivers::SmrPoint> face1;  ///< what face 1 alone saw, where it was measured in both
   };
   /// A reading that by the tracker's own account scatters by more than tracker.max_std_mm is taken again for
   /// longer, and an error where it still does.
-  Outcome<Sighted> measure(Sight sight);
+  Outcome<MeasureResult> measure(MeasureRequest request);
 
   /// Brakes the arm, as far as it can be reached.
   Outcome<void> stop();
@@ -124,7 +126,7 @@ class CellDevices {
   /// @param times  so many times the usual time
   Outcome<drivers::SmrPoint> reading(int times);
   Outcome<void> turn_over();
-  Outcome<void> mend(Remedy remedy);
+  Outcome<void> apply_remedy(Remedy remedy);
   boost::asio::awaitable<DeviceError> explained(DeviceError error);
   void await(CellDevice device, const std::string& reason) const {
     if (on_waiting_) on_waiting_(device, reason);

@@ -139,7 +139,7 @@ std::set<int> move_to_start(const std::vector<Check>& checks, const StandHistory
 }
 
 /// "3 poses that were measured while it moved were left out: 17, 18, 19"
-std::string told_left_out(const std::set<int>& poses) {
+std::string left_out_text(const std::set<int>& poses) {
   std::string text =
       std::to_string(poses.size()) +
       (poses.size() == 1 ? " pose that was measured while the tracker moved was left out: "
@@ -148,8 +148,8 @@ std::string told_left_out(const std::set<int>& poses) {
   return text;
 }
 
-void correct_stand(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
-                   CorrectedPoints& corrected) {
+void correct_tracker_drift(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
+                           CorrectedPoints& corrected) {
   const std::vector<Check> checks = checks_of(measured, config.tracker.nests_mm.size());
   std::vector<NestReadings> seen;
   for (const Check& check : checks) seen.push_back(check.nests);
@@ -165,7 +165,7 @@ void correct_stand(const std::vector<StoredPoint>& measured, const config::CellC
   const MeasurementNoise noise{config.tracker.noise, config.robot.repeatability_mm};
   const std::set<int> left_out = move_to_start(checks, history, noise, corrected.points);
   if (!left_out.empty())
-    corrected.findings.push_back(finding(FindingKind::LeftOutMoving, told_left_out(left_out)));
+    corrected.findings.push_back(finding(FindingKind::LeftOutMoving, left_out_text(left_out)));
 }
 
 // ---- Reflectors
@@ -220,10 +220,10 @@ CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const
   correct_aim(measured, config.tracker.noise, corrected);
   std::vector<StoredPoint> at_first = measured;
   for (std::vector<StoredPoint>* points : {&at_first, &corrected.points})
-    for (StoredPoint& point : *points) point = seen_at_first(std::move(point), resumptions);
+    for (StoredPoint& point : *points) point = in_first_frame(std::move(point), resumptions);
   for (const Resumption& resumption : resumptions)
     corrected.findings.push_back(finding(FindingKind::Resumed, described(resumption)));
-  correct_stand(at_first, config, corrected);
+  correct_tracker_drift(at_first, config, corrected);
   leave_out_unidentified(corrected);
   return corrected;
 }

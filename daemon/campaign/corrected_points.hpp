@@ -20,10 +20,10 @@ struct CorrectedPoints {
   std::vector<Finding> findings;    ///< what nests and faces tell of the tracker
 };
 
-/// By what a campaign measured beside its poses: points of one face are put right by the constants that the
-/// two faces of others show, and all are brought to where the tracker stood at first, if
-/// campaign.correct_by_nests: evenly between two measurements of the nests. A point that it stepped by, no
-/// one knows whether before or after, is left out where that matters. Nothing is changed where nothing is
+/// Corrections from the further measurements of a campaign. Points of one face are corrected by the constants
+/// that the two faces of others show. With campaign.correct_by_nests all points are transformed into the
+/// tracker's first pose, linearly between two measurements of the nests. A point that it stepped by, no one
+/// knows whether before or after, is left out where that matters. Nothing is changed where nothing is
 /// significant. What was measured of a reflector that no pose to identify from has shown is left out.
 ///
 /// @param resumptions  of the campaign: what was measured since each is brought to where the tracker stood

@@ -56,7 +56,7 @@ CalibrationVerdict verdict_on(const CalibrationResult& result, const std::vector
                               .reference_mm = reference_mm,
                               .remeasured = result.remeasured,
                               .task_stated = config.task.is_bounded(),
-                              .beside = corrected.findings});
+                              .further_findings = corrected.findings});
 }
 
 std::vector<int> drawn_to_validate(const std::vector<StoredPoint>& points, double share, std::uint64_t seed) {

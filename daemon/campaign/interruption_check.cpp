@@ -36,7 +36,7 @@ class InterruptionCheck {
   CampaignOutcome<SinceInterruption> run();
 
  private:
-  CampaignOutcome<void> look_at_nests();
+  CampaignOutcome<void> check_nests();
   CampaignOutcome<void> measure(std::size_t poses);
   CampaignOutcome<void> judge();
   bool agrees() const;
@@ -44,7 +44,7 @@ class InterruptionCheck {
   double left_mm(std::size_t i) const { return (then_[i].p_mm - X_ * now_[i].p_mm).norm(); }
   std::size_t worst() const;
   std::expected<void, CampaignError> fit();
-  std::string told() const;
+  std::string finding_text() const;
 
   MeasuringSession& session_;
   const MeasurementNoise noise_;
@@ -87,7 +87,7 @@ InterruptionCheck::InterruptionCheck(MeasuringSession& session)
   std::map<std::string, StoredPoint> nests;
   std::vector<StoredPoint> poses;
   for (const StoredPoint& point : session_.result().points) {
-    const StoredPoint at_first = seen_at_first(point, session_.result().resumptions);
+    const StoredPoint at_first = in_first_frame(point, session_.result().resumptions);
     if (point.purpose == PointPurpose::Nest) nests[point.smr] = at_first;
     touched_ = touched_ || !point.p_WS_mm;
     if (is_pose(point.purpose) && session_.has_reflector(point.smr)) poses.push_back(at_first);
@@ -101,7 +101,7 @@ CampaignOutcome<SinceInterruption> InterruptionCheck::run() {
     co_return SinceInterruption{
         X_, "the points that had been touched are kept; whether arm or fixture moved since was not checked"};
   if (poses_.empty()) co_return SinceInterruption{X_, "nothing had been measured"};
-  Done done = co_await look_at_nests();
+  Done done = co_await check_nests();
   if (!done) co_return std::unexpected(done.error());
   done = co_await measure(kToCheck);
   if (!done) co_return std::unexpected(done.error());
@@ -110,7 +110,7 @@ CampaignOutcome<SinceInterruption> InterruptionCheck::run() {
     if (done) done = co_await judge();
     if (!done) co_return std::unexpected(done.error());
   }
-  co_return SinceInterruption{X_, told()};
+  co_return SinceInterruption{X_, finding_text()};
 }
 
 /// What seems to have moved. Where the nests stand still and the poses are too few to tell by how much,
@@ -126,7 +126,7 @@ CampaignOutcome<void> InterruptionCheck::judge() {
 }
 
 /// Where they have moved, they also tell where to look for the arm's reflector.
-CampaignOutcome<void> InterruptionCheck::look_at_nests() {
+CampaignOutcome<void> InterruptionCheck::check_nests() {
   for (const StoredPoint& nest : nests_) {
     const Eigen::Vector3d p_mm = X_.inverse() * *nest.p_WS_mm;
     auto seen = co_await session_.measure_again(nest, p_mm + off_mm_);
@@ -213,7 +213,7 @@ std::expected<void, CampaignError> InterruptionCheck::fit() {
       numbers_[worst()], left_mm(worst()))));
 }
 
-std::string InterruptionCheck::told() const {
+std::string InterruptionCheck::finding_text() const {
   const std::string seen =
       formatted("%s measured again %s within %.3f mm of where %s", poses_text(now_.size()).c_str(),
                 now_.size() == 1 ? "is" : "are", left_mm(worst()), now_.size() == 1 ? "it was" : "they were");
@@ -223,7 +223,7 @@ std::string InterruptionCheck::told() const {
 
 }  // namespace
 
-CampaignOutcome<SinceInterruption> look_what_moved(MeasuringSession& session) {
+CampaignOutcome<SinceInterruption> find_what_moved(MeasuringSession& session) {
   InterruptionCheck check{session};
   auto since = co_await check.run();
   co_return since;

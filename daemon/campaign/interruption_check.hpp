@@ -19,6 +19,6 @@ struct SinceInterruption {
 ///
 /// Error: the poses cannot be seen, or no motion of the tracker explains where they are now, or too few of
 /// them are there to tell.
-CampaignOutcome<SinceInterruption> look_what_moved(MeasuringSession& session);
+CampaignOutcome<SinceInterruption> find_what_moved(MeasuringSession& session);
 
 }  // namespace truepose::daemon

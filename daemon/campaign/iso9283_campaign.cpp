@@ -79,11 +79,11 @@ CampaignOutcome<void> Iso9283Campaign::plan() {
   scene.sight.X_WB = cell.base.isometry();
   scene.sight.p_FS_mm = cell.reflectors.front().p_FS_mm;
   scene.sight.further.clear();
-  TestCubeWish wish = config.iso9283.cube;
-  wish.seed = config.campaign.seed;
-  wish.task = config.task;
-  wish.approach_mm = order_.variation ? kApproach_mm : 0;
-  auto job = [scene, wish] { return place_test_cube(scene, wish); };
+  TestCubeRequest request = config.iso9283.cube;
+  request.seed = config.campaign.seed;
+  request.task = config.task;
+  request.approach_mm = order_.variation ? kApproach_mm : 0;
+  auto job = [scene, request] { return place_test_cube(scene, request); };
   auto placed = co_await session_.compute(job);
   if (!placed) co_return std::unexpected(CampaignError{CampaignFault::Planning, placed.error()});
   poses_ = *std::move(placed);

@@ -79,8 +79,8 @@ MeasuringSession::Outcome<void> MeasuringSession::connect(const CampaignNeeds& n
   co_return proven;
 }
 
-/// What is away for a moment only, or hangs up, is no end of a campaign; what stays away is told before the
-/// arm has moved.
+/// A device that is away for a moment, or hangs up, does not end a campaign. A device that stays away is
+/// reported before the arm has moved.
 CellDevices::Outcome<Identities> MeasuringSession::connected_devices(const CampaignNeeds& needs) {
   const ArmProof proof = needs.moving_arm ? ArmProof::ByMotion : ArmProof::AsItStands;
   for (int tries_left = config_.campaign.retries;; --tries_left) {
@@ -145,7 +145,7 @@ MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, Plan
   auto made = co_await compute(job);
   if (!made) co_return std::unexpected(CampaignError{CampaignFault::Planning, made.error()});
   poses_ = std::make_shared<PoseSupply>(*std::move(made));
-  motion_.use_ways_of(poses_);
+  motion_.use_paths_of(poses_);
   co_return Done{};
 }
 
@@ -215,8 +215,8 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
   if (past_) {
     if (const auto wrong = contradiction(target)) co_return std::unexpected(*wrong);
     if (const auto before = taken_before(target)) co_return before->point;
-    Done going_on = co_await go_on();
-    if (!going_on) co_return std::unexpected(going_on.error());
+    Done resumed = co_await resume_from_past();
+    if (!resumed) co_return std::unexpected(resumed.error());
     // Compensated joints stay those of the model that was found first.
     if (const PlannedPose* planned = past_->planned(target.pose);
         planned && target.purpose == PointPurpose::Remeasure)
@@ -238,7 +238,7 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
         lost_in_row_ = last_lost_ = 0;
         auto kept = co_await keep(*std::move(points));
         if (!kept) co_return std::unexpected(kept.error());
-        co_return seen_at_first(*kept);
+        co_return in_first_frame(*kept);
       }
       error = points.error();
       observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
@@ -254,7 +254,7 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
 
 // One pose may hide the reflector; several in a row are a cause that stays. Where the beam is interrupted
 // that is somebody in the cell, or something that was put there: that the beam is back does not tell that the
-// person who broke it has left. So the arm stands still from then on, and goes on when a person says so.
+// person who broke it has left. So the arm stands still from then on, and continues when a person says so.
 bool MeasuringSession::pause_for_losses(const MeasuringTarget& target, const DeviceError& error) {
   if (std::exchange(last_lost_, target.pose) == target.pose) return false;
   const int most = config_.campaign.pause_after_lost;
@@ -268,7 +268,7 @@ bool MeasuringSession::pause_for_losses(const MeasuringTarget& target, const Dev
                        : error.what_to_do.empty() ? "remove the cause"
                                                   : error.what_to_do) +
                       ", then resume the campaign");
-  tell_progress();
+  report_progress();
   return true;
 }
 
@@ -333,23 +333,23 @@ StoredPoint MeasuringSession::point_at(const MeasuringTarget& target, const Join
 CellDevices::Outcome<MeasuringSession::Points> MeasuringSession::attempt(MeasuringTarget target) {
   auto reached = co_await reach(target);
   if (!reached) co_return std::unexpected(reached.error());
-  ReflectorSearch::Stand stand{.q = *reached,
-                               .direction = motion_.direction(),
-                               .purpose = target.purpose,
-                               .readings = target.readings,
-                               .two_face = in_two_faces(target.pose)};
-  auto seen = co_await search_.measure(std::move(stand));
+  ReflectorSearch::ArmPosture posture{.q = *reached,
+                                      .direction = motion_.direction(),
+                                      .purpose = target.purpose,
+                                      .readings = target.readings,
+                                      .two_face = in_two_faces(target.pose)};
+  auto seen = co_await search_.measure(std::move(posture));
   if (!seen) co_return std::unexpected(seen.error());
   for (const std::string& sentence : seen->missed)
     observer_.on_trouble("pose " + std::to_string(target.pose) + ": " + sentence);
   Points points;
-  for (const ReflectorSearch::Found& found : seen->found) {
+  for (const ReflectorSearch::ReflectorResult& found : seen->found) {
     const std::string& smr = search_.name(found.reflector);
     // First, so that a point that is there is known to have been seen in both faces.
-    if (found.sighted.face1)
-      points.emplace_back(point_at(target, *reached, *found.sighted.face1, smr)).purpose =
+    if (found.measured.face1)
+      points.emplace_back(point_at(target, *reached, *found.measured.face1, smr)).purpose =
           PointPurpose::Face1;
-    points.push_back(point_at(target, *reached, found.sighted.point, smr));
+    points.push_back(point_at(target, *reached, found.measured.point, smr));
   }
   co_return points;
 }
@@ -383,24 +383,24 @@ MeasuringSession::Outcome<StoredPoint> MeasuringSession::keep(Points points) {
 
 /// @return how far it is from where it was expected
 double MeasuringSession::count_deviation(const StoredPoint& point) {
-  const double deviation_mm = (*seen_at_first(point).p_WS_mm - search_.predicted_mm(point)).norm();
+  const double deviation_mm = (*in_first_frame(point).p_WS_mm - search_.predicted_mm(point)).norm();
   if (search_.placement_known()) count_error(deviation_mm);
   return deviation_mm;
 }
 
-MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_beside(Beside what,
-                                                                                       Eigen::Vector3d p_W_mm,
-                                                                                       double search_mm) {
+MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_fixed(FixedReflector what,
+                                                                                      Eigen::Vector3d p_W_mm,
+                                                                                      double search_mm) {
   if (past_) {
     if (auto before = measured_before(what.number, what.purpose, what.name)) co_return before;
     if (past_left_ > 0) co_return std::nullopt;  // it was not seen then
-    Done going_on = co_await go_on();
-    if (!going_on) co_return std::unexpected(going_on.error());
+    Done resumed = co_await resume_from_past();
+    if (!resumed) co_return std::unexpected(resumed.error());
   }
   for (int n = 0; n <= config_.campaign.retries; ++n) {
     co_await wait_while_paused();
-    CellDevices::Sight sight{.p_W_mm = now(p_W_mm), .search_mm = search_mm, .gate_mm = search_mm};
-    auto point = co_await attempt_beside(sight);
+    CellDevices::MeasureRequest request{.p_W_mm = now(p_W_mm), .search_mm = search_mm, .gate_mm = search_mm};
+    auto point = co_await attempt_fixed(request);
     if (point) {
       point->pose = what.number;
       point->smr = what.name;
@@ -409,9 +409,9 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_
       if (!stored) co_return std::unexpected(stored.error());
       if (is_pose(what.purpose)) {
         ++progress_.done;
-        observer_.on_point(*stored, (*seen_at_first(*stored).p_WS_mm - p_W_mm).norm(), progress());
+        observer_.on_point(*stored, (*in_first_frame(*stored).p_WS_mm - p_W_mm).norm(), progress());
       }
-      co_return seen_at_first(*stored);
+      co_return in_first_frame(*stored);
     }
     observer_.on_trouble(what.name + ": " + point.error().detail);
     Done recovered = co_await recover(point.error());
@@ -420,11 +420,11 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_
   co_return std::nullopt;
 }
 
-/// Without moving the arm, whose joints are kept beside it.
-CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_beside(CellDevices::Sight sight) {
+/// Does not move the arm; its joints are stored with the point.
+CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_fixed(CellDevices::MeasureRequest request) {
   auto q = co_await devices_.position();
   if (!q) co_return std::unexpected(q.error());
-  auto measured = co_await devices_.measure(sight);
+  auto measured = co_await devices_.measure(request);
   if (!measured) co_return std::unexpected(measured.error());
   StoredPoint point = stored_point(measured->point);
   point.purpose = PointPurpose::Nest;
@@ -467,27 +467,27 @@ MeasuringSession::Outcome<void> MeasuringSession::recover(DeviceError error) {
 
 void MeasuringSession::pause() {
   paused_ = true;
-  tell_progress();
+  report_progress();
 }
 
 void MeasuringSession::resume() {
   paused_ = false;
   resumed_.notify();
-  tell_progress();
+  report_progress();
 }
 
 asio::awaitable<void> MeasuringSession::wait_while_paused() {
   while (paused_) co_await resumed_.wait();
 }
 
-asio::awaitable<void> MeasuringSession::wait_for_hand(std::string sentence) {
+asio::awaitable<void> MeasuringSession::wait_for_operator(std::string sentence) {
   if (past_left_ == 0) co_await pause_until_resumed(std::move(sentence));
 }
 
 asio::awaitable<void> MeasuringSession::pause_until_resumed(std::string sentence) {
   paused_ = true;
   observer_.on_paused(sentence);
-  tell_progress();
+  report_progress();
   co_await wait_while_paused();
 }
 

@@ -30,7 +30,7 @@ namespace truepose::daemon {
 /// What is measured in place of a pose that failed.
 enum class Replacement {
   None,
-  Informative,  ///< the pose that tells most beside those that are left
+  Informative,  ///< the pose with the most information in addition to the remaining ones
   Near,         ///< one close by
 };
 
@@ -42,7 +42,7 @@ struct MeasuringTarget {
   JointVector q_commanded;
   Replacement replacement = Replacement::None;
   double way_rad = 0;  ///< by which every joint comes to it, see approach_way_rad()
-  JointVector q_from;  ///< from which the arm comes to it in place of that; empty: no matter whence
+  JointVector q_from;  ///< start of the approach in place of way_rad; empty: any
   int readings = 1;    ///< of the tracker, of which the point is the mean
   int replaces = 0;    ///< number of the pose that failed, whose substitute it is; 0: it is none
 };
@@ -93,14 +93,14 @@ class MeasuringSession {
   /// @param reach  by which the configured search radius and gate are multiplied
   void expect(CalibratedCell cell, double reach = 1);
   const CalibratedCell& expected() const { return search_.expected(); }
-  /// Says that somebody puts the one reflector from point to point of the arm, and that it is at this one
+  /// Says that an operator moves the one reflector from point to point of the arm, and that it is at this one
   /// now.
-  void reflector_is_at(std::size_t place) { search_.look_for_one(place); }
+  void reflector_is_at(std::size_t place) { search_.look_for_single(place); }
   /// Whether a reflector of this name is on the arm now.
   bool has_reflector(std::string_view name) const { return search_.is_there(name); }
-  /// Stands still until somebody has done what the sentence asks for, and resumes. Does nothing where what
-  /// comes next was measured before an interruption.
-  boost::asio::awaitable<void> wait_for_hand(std::string sentence);
+  /// Pauses for an operator action, which the sentence asks for, until the operator resumes. Does nothing if
+  /// the next point was measured before an interruption.
+  boost::asio::awaitable<void> wait_for_operator(std::string sentence);
 
   /// Drives there without measuring; a failure is dealt with, not repeated.
   Outcome<void> visit(JointVector q);
@@ -111,33 +111,34 @@ class MeasuringSession {
   /// @return the targets that were measured, or have failed without a substitute
   Outcome<std::vector<MeasuringTarget>> measure_all(std::vector<MeasuringTarget> targets,
                                                     std::function<Outcome<void>()> after_each = {});
-  /// A reflector that stands beside the arm.
-  struct Beside {
+  /// A fixed reflector near the arm.
+  struct FixedReflector {
     int number = 0;
     std::string name;
     PointPurpose purpose = PointPurpose::Nest;
   };
-  /// Measures it. @return nothing where it was not seen, which is told
-  Outcome<std::optional<StoredPoint>> measure_beside(Beside what, Eigen::Vector3d p_W_mm, double search_mm);
+  /// Measures it. @return nothing if it was not seen, which is reported
+  Outcome<std::optional<StoredPoint>> measure_fixed(FixedReflector what, Eigen::Vector3d p_W_mm,
+                                                    double search_mm);
   /// A point that the arm's TCP is to touch.
   struct Touch {
     int number = 0;
-    std::string point;  ///< its name
-    std::string wish;   ///< what somebody is asked to do, as a sentence
+    std::string point;    ///< its name
+    std::string request;  ///< what the operator is asked to do, as a sentence
   };
-  /// Waits until somebody has jogged the arm there, and keeps the joints at which it stands. Asks again, and
-  /// says why, where the arm still moves, has not been moved since the touch before, or cannot be asked.
+  /// Waits until the operator has jogged the arm there, and keeps its joint positions. Asks again, and says
+  /// why, where the arm still moves, has not been moved since the touch before, or cannot be asked.
   Outcome<void> touch(Touch what);
   /// Of a pose, or of what is measured like one.
   int next_number() { return next_number_++; }
   Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
 
-  /// Whether it goes on where it was interrupted.
+  /// Whether it continues where it was interrupted.
   bool resumes() const { return past_ != nullptr; }
   /// Whether what was measured is taken for good: nothing speaks against going on.
-  bool has_gone_on() const { return gone_on_; }
+  bool has_resumed() const { return has_resumed_; }
   /// What is done before it is seen what has moved: the arm has to be as warm as it was.
-  void before_going_on(std::function<Outcome<void>()> act) { before_going_on_ = std::move(act); }
+  void before_resuming(std::function<Outcome<void>()> act) { before_resuming_ = std::move(act); }
   /// At the end of one that had nothing left to measure.
   Outcome<void> note_resumption();
   /// Measures a point of before once more. The place where it should be now is looked at in a wide circle.
@@ -184,19 +185,19 @@ class MeasuringSession {
   using Points = std::vector<StoredPoint>;
   /// @return at least one of a reflector, each with its point in face 1 behind it where it was seen in both
   CellDevices::Outcome<Points> attempt(MeasuringTarget target);
-  CellDevices::Outcome<StoredPoint> attempt_beside(CellDevices::Sight sight);
+  CellDevices::Outcome<StoredPoint> attempt_fixed(CellDevices::MeasureRequest request);
   CellDevices::Outcome<JointVector> jogged_to();
   CellDevices::Outcome<JointVector> reach(MeasuringTarget target);
   StoredPoint point_at(const MeasuringTarget& target, const JointVector& reached,
                        const drivers::SmrPoint& measured, const std::string& smr) const;
   /// @param smr  the reflector that is looked for; it is a nest, or the arm comes to the target first
-  CellDevices::Outcome<StoredPoint> attempt_again(MeasuringTarget target, CellDevices::Sight sight,
+  CellDevices::Outcome<StoredPoint> attempt_again(MeasuringTarget target, CellDevices::MeasureRequest request,
                                                   std::string smr, bool is_nest);
   bool in_two_faces(int pose) const;
   /// Where the tracker sees now what it saw at p_mm when the campaign began.
   Eigen::Vector3d now(const Eigen::Vector3d& p_mm) const;
-  StoredPoint seen_at_first(const StoredPoint& point) const {
-    return daemon::seen_at_first(point, result_->resumptions);
+  StoredPoint in_first_frame(const StoredPoint& point) const {
+    return daemon::in_first_frame(point, result_->resumptions);
   }
 
   /// What a step came to before the interruption.
@@ -211,7 +212,7 @@ class MeasuringSession {
   /// Why the past does not follow from the plan.
   std::optional<CampaignError> contradiction(const MeasuringTarget& target) const;
   void begin_resumption(const std::string& time);
-  Outcome<void> go_on();
+  Outcome<void> resume_from_past();
   std::optional<CampaignError> other_arm() const;
   /// @return the first of them
   Outcome<StoredPoint> keep(Points points);
@@ -226,11 +227,11 @@ class MeasuringSession {
   boost::asio::awaitable<void> wait_while_paused();
   boost::asio::awaitable<void> pause_until_resumed(std::string sentence);
   /// After the last attempt at a pose, which failed by `error`: pauses where so many in a row were lost.
-  /// @return whether it did, and the pose is to be tried again once somebody has resumed
+  /// @return whether it did, and the pose is to be tried again once the operator has resumed
   bool pause_for_losses(const MeasuringTarget& target, const DeviceError& error);
   void count_pose_time();
   std::optional<double> time_left_s() const;
-  void tell_progress() const { observer_.on_progress(progress()); }
+  void report_progress() const { observer_.on_progress(progress()); }
   void count_error(double deviation_mm);
 
   const config::CellConfig& config_;
@@ -247,8 +248,8 @@ class MeasuringSession {
 
   std::shared_ptr<const CampaignPast> past_;
   std::size_t past_left_ = 0;  ///< outcomes that were not taken yet
-  bool gone_on_ = false;
-  std::function<Outcome<void>()> before_going_on_;
+  bool has_resumed_ = false;
+  std::function<Outcome<void>()> before_resuming_;
   std::set<int> in_plan_;  ///< numbers of the poses that the journal has
 
   CampaignProgress progress_;

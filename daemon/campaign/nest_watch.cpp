@@ -23,8 +23,8 @@ CampaignOutcome<void> NestWatch::measure() {
   const int number = session_.next_number();
   for (std::size_t nest = 0; nest < seen_mm_.size(); ++nest) {
     const std::string name = kNestName + std::to_string(nest + 1);
-    const MeasuringSession::Beside beside{number, name};
-    auto point = co_await session_.measure_beside(beside, seen_mm_[nest], search_mm);
+    const MeasuringSession::FixedReflector reflector{number, name};
+    auto point = co_await session_.measure_fixed(reflector, seen_mm_[nest], search_mm);
     if (!point) co_return std::unexpected(point.error());
     if (*point) seen_mm_[nest] = *(*point)->p_WS_mm;
   }

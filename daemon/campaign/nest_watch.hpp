@@ -7,8 +7,7 @@
 
 namespace truepose::daemon {
 
-/// Measures the reflectors that stand beside the arm before the first pose of a campaign, after every so
-/// many, and when asked for.
+/// Measures the nests before the first pose of a campaign, after every so many poses, and when asked for.
 class NestWatch {
  public:
   /// @param session  outlives it
@@ -16,7 +15,7 @@ class NestWatch {
 
   /// To be asked after each pose.
   CampaignOutcome<void> after_pose();
-  /// Does nothing where the cell has no nests. One that is not seen is told, and no reason to stop.
+  /// Does nothing where the cell has no nests. A nest that is not seen is reported; the campaign continues.
   CampaignOutcome<void> measure();
 
  private:

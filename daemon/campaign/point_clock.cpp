@@ -11,10 +11,10 @@ namespace {
 using std::chrono::system_clock;
 
 std::optional<system_clock::time_point> time_of(const std::string& text) {
-  const auto told = measured_time(text);
-  if (!told || told->form != TimeForm::Zoned) return std::nullopt;
+  const auto parsed = measured_time(text);
+  if (!parsed || parsed->form != TimeForm::Zoned) return std::nullopt;
   return system_clock::time_point{
-      std::chrono::round<system_clock::duration>(std::chrono::duration<double>{told->seconds})};
+      std::chrono::round<system_clock::duration>(std::chrono::duration<double>{parsed->seconds})};
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ ReflectorSearch::ReflectorSearch(const config::CellConfig& config, CellDevices& 
 
 void ReflectorSearch::look_for(Reflectors reflectors) {
   sight_.reset();
-  if (reflectors == Reflectors::All && names_.size() > 1) look_anew();
+  if (reflectors == Reflectors::All && names_.size() > 1) prepare_visibility();
 }
 
 void ReflectorSearch::expect(CalibratedCell cell, double reach) {
@@ -44,26 +44,26 @@ void ReflectorSearch::expect(CalibratedCell cell, double reach) {
   expected_.reflectors = config::reflectors_of(config_, expected_.reflectors);
   reach_ = reach;
   placement_known_ = true;
-  if (sight_) look_anew();
+  if (sight_) prepare_visibility();
 }
 
-void ReflectorSearch::look_from(const Eigen::Isometry3d& X_now_first) {
+void ReflectorSearch::set_tracker_shift(const Eigen::Isometry3d& X_now_first) {
   X_now_first_ = X_now_first;
-  if (sight_) look_anew();
+  if (sight_) prepare_visibility();
 }
 
-Eigen::Vector3d ReflectorSearch::place_mm(const Stand& stand, std::size_t reflector) const {
-  return X_now_first_ * expected_.predict(stand.q, static_cast<int>(reflector), stand.direction);
+Eigen::Vector3d ReflectorSearch::place_mm(const ArmPosture& posture, std::size_t reflector) const {
+  return X_now_first_ * expected_.predict(posture.q, static_cast<int>(reflector), posture.direction);
 }
 
-double ReflectorSearch::alone_mm() const {
+double ReflectorSearch::clear_radius_mm() const {
   std::vector<Eigen::Vector3d> places_mm;
   for (const Reflector& reflector : expected_.reflectors) places_mm.push_back(reflector.p_FS_mm);
   return std::min(config_.tracker.first_search_radius_mm, kOfSpacing * spacing_mm(places_mm));
 }
 
 /// With base and reflectors where they are known to be by now.
-void ReflectorSearch::look_anew() {
+void ReflectorSearch::prepare_visibility() {
   Scene scene = config::scene_of(config_);
   scene.sight.X_WB = X_now_first_ * expected_.base.isometry();
   scene.sight.p_FS_mm = expected_.reflectors.front().p_FS_mm;
@@ -96,46 +96,47 @@ std::string ReflectorSearch::names_at(const JointVector& q, PointPurpose purpose
   return names;
 }
 
-CellDevices::Sight ReflectorSearch::sight(const Stand& stand, const Eigen::Vector3d& p_W_mm,
-                                          double radius_mm) const {
+CellDevices::MeasureRequest ReflectorSearch::request_for(const ArmPosture& posture,
+                                                         const Eigen::Vector3d& p_W_mm,
+                                                         double radius_mm) const {
   const config::TrackerConfig& tracker = config_.tracker;
   return {.p_W_mm = p_W_mm,
           .search_mm = placement_known_ ? reach_ * tracker.search_radius_mm : radius_mm,
           .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : radius_mm,
-          .readings = stand.readings,
-          .two_face = stand.two_face};
+          .readings = posture.readings,
+          .two_face = posture.two_face};
 }
 
-CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::measure(Stand stand) {
-  std::vector<std::size_t> reflectors = reflectors_at(stand.q, stand.purpose);
+CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::measure(ArmPosture posture) {
+  std::vector<std::size_t> reflectors = reflectors_at(posture.q, posture.purpose);
   if (placement_known_ || !sight_) {
-    auto seen = co_await one_by_one(std::move(stand), std::move(reflectors));
+    auto seen = co_await measure_each(std::move(posture), std::move(reflectors));
     co_return seen;
   }
   if (reflectors.size() == 1) {
-    auto seen = co_await unless_another(std::move(stand), reflectors.front());
+    auto seen = co_await confirm_expected(std::move(posture), reflectors.front());
     co_return seen;
   }
-  auto seen = co_await by_their_shape(std::move(stand), std::move(reflectors));
+  auto seen = co_await identify_by_shape(std::move(posture), std::move(reflectors));
   co_return seen;
 }
 
-CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::one_by_one(Stand stand,
-                                                                        std::vector<std::size_t> reflectors) {
-  Seen seen;
+CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::measure_each(
+    ArmPosture posture, std::vector<std::size_t> reflectors) {
+  SearchResult seen;
   std::optional<DeviceError> first_error;
   for (const std::size_t reflector : reflectors) {
-    const Eigen::Vector3d p_W_mm = place_mm(stand, reflector);
-    CellDevices::Sight look = sight(stand, p_W_mm, config_.tracker.first_search_radius_mm);
-    auto sighted = co_await devices_.measure(look);
-    if (sighted) {
-      seen.found.push_back({reflector, *sighted});
+    const Eigen::Vector3d p_W_mm = place_mm(posture, reflector);
+    CellDevices::MeasureRequest look = request_for(posture, p_W_mm, config_.tracker.first_search_radius_mm);
+    auto measured = co_await devices_.measure(look);
+    if (measured) {
+      seen.found.push_back({reflector, *measured});
       continue;
     }
-    if (sighted.error().remedy != Remedy::Retry) co_return std::unexpected(sighted.error());
+    if (measured.error().remedy != Remedy::Retry) co_return std::unexpected(measured.error());
     seen.missed.push_back("reflector \"" + names_[reflector] +
-                          "\" was not measured: " + sighted.error().detail);
-    if (!first_error) first_error = sighted.error();
+                          "\" was not measured: " + measured.error().detail);
+    if (!first_error) first_error = measured.error();
   }
   if (seen.found.empty()) co_return std::unexpected(*first_error);
   co_return seen;
@@ -144,44 +145,46 @@ CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::one_by_one(Stand st
 // While the base is known by some 100 mm alone, a search may find any of those that are in sight. Which it
 // was shows by where all others stand from it: no shape of points but shifted onto itself by nothing is the
 // same.
-CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::by_their_shape(
-    Stand stand, std::vector<std::size_t> reflectors) {
+CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::identify_by_shape(
+    ArmPosture posture, std::vector<std::size_t> reflectors) {
   Places places_mm;
-  for (const std::size_t reflector : reflectors) places_mm.push_back(place_mm(stand, reflector));
-  CellDevices::Sight look = sight(stand, places_mm.front(), config_.tracker.first_search_radius_mm);
+  for (const std::size_t reflector : reflectors) places_mm.push_back(place_mm(posture, reflector));
+  CellDevices::MeasureRequest look =
+      request_for(posture, places_mm.front(), config_.tracker.first_search_radius_mm);
   auto first = co_await devices_.measure(look);
   if (!first) co_return std::unexpected(first.error());
   for (std::size_t which = 0; which < places_mm.size(); ++which) {
-    auto seen = co_await taken_for(stand, places_mm, which, *first);
+    auto seen = co_await measure_as_if_first(posture, places_mm, which, *first);
     if (!seen && seen.error().remedy != Remedy::Retry) co_return seen;
     if (!seen) continue;
-    for (Found& found : seen->found) found.reflector = reflectors[found.reflector];
-    if (stand.purpose == PointPurpose::Reference) seen->found.resize(1);
+    for (ReflectorResult& found : seen->found) found.reflector = reflectors[found.reflector];
+    if (posture.purpose == PointPurpose::Reference) seen->found.resize(1);
     co_return seen;
   }
   co_return std::unexpected(cannot_tell());
 }
 
-/// The one that should be seen alone. Another may be in sight too, and be found in its stead: that is shown
-/// by the one that was looked for, which then stands beside it.
-CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::unless_another(Stand stand,
-                                                                            std::size_t expected) {
+/// The one that should be seen alone. The search may find another one that is in sight too. Then the expected
+/// one is measured at its known distance from that one.
+CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::confirm_expected(ArmPosture posture,
+                                                                                      std::size_t expected) {
   Places places_mm;
-  for (std::size_t k = 0; k < names_.size(); ++k) places_mm.push_back(place_mm(stand, k));
-  CellDevices::Sight look = sight(stand, places_mm[expected], config_.tracker.first_search_radius_mm);
+  for (std::size_t k = 0; k < names_.size(); ++k) places_mm.push_back(place_mm(posture, k));
+  CellDevices::MeasureRequest look =
+      request_for(posture, places_mm[expected], config_.tracker.first_search_radius_mm);
   auto first = co_await devices_.measure(look);
   if (!first) co_return std::unexpected(first.error());
   const double radius_mm = kOfSpacing * spacing_mm(places_mm);
-  Seen seen{.found = {{expected, *first}}};
+  SearchResult seen{.found = {{expected, *first}}};
   for (std::size_t other = 0; other < names_.size(); ++other) {
     if (other == expected) continue;
-    const Eigen::Vector3d beside_mm = first->point.p_WS_mm + places_mm[expected] - places_mm[other];
-    CellDevices::Sight look_beside = sight(stand, beside_mm, radius_mm);
-    auto sighted = co_await devices_.measure(look_beside);
-    if (!sighted && sighted.error().remedy != Remedy::Retry) co_return std::unexpected(sighted.error());
-    if (!sighted) continue;
-    seen.found = {{expected, *sighted}};
-    if (stand.purpose != PointPurpose::Reference) seen.found.push_back({other, *first});
+    const Eigen::Vector3d expected_mm = first->point.p_WS_mm + places_mm[expected] - places_mm[other];
+    CellDevices::MeasureRequest expected_request = request_for(posture, expected_mm, radius_mm);
+    auto measured = co_await devices_.measure(expected_request);
+    if (!measured && measured.error().remedy != Remedy::Retry) co_return std::unexpected(measured.error());
+    if (!measured) continue;
+    seen.found = {{expected, *measured}};
+    if (posture.purpose != PointPurpose::Reference) seen.found.push_back({other, *first});
     break;
   }
   co_return seen;
@@ -189,18 +192,17 @@ CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::unless_another(Stan
 
 /// All of them, in their order, where the one that was found first is this one; fails where another is not
 /// found.
-CellDevices::Outcome<ReflectorSearch::Seen> ReflectorSearch::taken_for(Stand stand, Places places_mm,
-                                                                       std::size_t which,
-                                                                       CellDevices::Sighted first) {
+CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::measure_as_if_first(
+    ArmPosture posture, Places places_mm, std::size_t which, CellDevices::MeasureResult first) {
   const double radius_mm = kOfSpacing * spacing_mm(places_mm);
   const Eigen::Vector3d shift_mm = first.point.p_WS_mm - places_mm[which];
-  Seen seen;
+  SearchResult seen;
   for (std::size_t k = 0; k < places_mm.size(); ++k) {
     if (k == which) {
       seen.found.push_back({k, first});
       continue;
     }
-    CellDevices::Sight look = sight(stand, places_mm[k] + shift_mm, radius_mm);
+    CellDevices::MeasureRequest look = request_for(posture, places_mm[k] + shift_mm, radius_mm);
     auto other = co_await devices_.measure(look);
     if (!other) co_return std::unexpected(other.error());
     seen.found.push_back({k, *other});

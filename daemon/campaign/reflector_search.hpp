@@ -27,7 +27,7 @@ class ReflectorSearch {
 
   void look_for(Reflectors reflectors);
   /// From now on a reflector sits where the cell has this one, and nowhere else.
-  void look_for_one(std::size_t reflector) { one_ = reflector; }
+  void look_for_single(std::size_t reflector) { one_ = reflector; }
   /// Whether a reflector sits there at all.
   bool is_there(std::string_view name) const { return !one_ || names_[*one_] == name; }
   /// Says where they are to be looked for from now on.
@@ -35,9 +35,9 @@ class ReflectorSearch {
   void expect(CalibratedCell cell, double reach);
   /// Says that the tracker no longer stands where `expect` has it, or not as the cell file says.
   /// @param X_now_first  pose of its frame of then in the one of now
-  void look_from(const Eigen::Isometry3d& X_now_first);
+  void set_tracker_shift(const Eigen::Isometry3d& X_now_first);
   /// A circle around a reflector in which there is no other, as large as the first search at most, mm.
-  double alone_mm() const;
+  double clear_radius_mm() const;
   const CalibratedCell& expected() const { return expected_; }
   /// Whether base and reflectors are known better than the cell file says.
   bool placement_known() const { return placement_known_; }
@@ -48,36 +48,38 @@ class ReflectorSearch {
   std::string names_at(const JointVector& q, PointPurpose purpose);
 
   /// The arm standing somewhere.
-  struct Stand {
+  struct ArmPosture {
     JointVector q;
     std::vector<std::int8_t> direction;
     PointPurpose purpose = PointPurpose::Identify;
     int readings = 1;
     bool two_face = false;
   };
-  struct Found {
+  struct ReflectorResult {
     std::size_t reflector = 0;  ///< its place in the cell file
-    CellDevices::Sighted sighted;
+    CellDevices::MeasureResult measured;
   };
-  struct Seen {
-    std::vector<Found> found;         ///< at least one
-    std::vector<std::string> missed;  ///< which others were not measured and why, a sentence each
+  struct SearchResult {
+    std::vector<ReflectorResult> found;  ///< at least one
+    std::vector<std::string> missed;     ///< which others were not measured and why, a sentence each
   };
-  CellDevices::Outcome<Seen> measure(Stand stand);
+  CellDevices::Outcome<SearchResult> measure(ArmPosture posture);
 
  private:
   using Places = std::vector<Eigen::Vector3d>;
 
   std::vector<std::size_t> reflectors_at(const JointVector& q, PointPurpose purpose);
-  CellDevices::Sight sight(const Stand& stand, const Eigen::Vector3d& p_W_mm, double radius_mm) const;
-  CellDevices::Outcome<Seen> one_by_one(Stand stand, std::vector<std::size_t> reflectors);
-  CellDevices::Outcome<Seen> by_their_shape(Stand stand, std::vector<std::size_t> reflectors);
-  CellDevices::Outcome<Seen> unless_another(Stand stand, std::size_t expected);
-  CellDevices::Outcome<Seen> taken_for(Stand stand, Places places_mm, std::size_t which,
-                                       CellDevices::Sighted first);
-  void look_anew();
+  CellDevices::MeasureRequest request_for(const ArmPosture& posture, const Eigen::Vector3d& p_W_mm,
+                                          double radius_mm) const;
+  CellDevices::Outcome<SearchResult> measure_each(ArmPosture posture, std::vector<std::size_t> reflectors);
+  CellDevices::Outcome<SearchResult> identify_by_shape(ArmPosture posture,
+                                                       std::vector<std::size_t> reflectors);
+  CellDevices::Outcome<SearchResult> confirm_expected(ArmPosture posture, std::size_t expected);
+  CellDevices::Outcome<SearchResult> measure_as_if_first(ArmPosture posture, Places places_mm,
+                                                         std::size_t which, CellDevices::MeasureResult first);
+  void prepare_visibility();
   /// mm, tracker frame of now.
-  Eigen::Vector3d place_mm(const Stand& stand, std::size_t reflector) const;
+  Eigen::Vector3d place_mm(const ArmPosture& posture, std::size_t reflector) const;
 
   const config::CellConfig& config_;
   CellDevices& devices_;

@@ -1,4 +1,4 @@
-// How a campaign goes on that was interrupted.
+// How a campaign continues that was interrupted.
 
 #include <functional>
 #include <utility>
@@ -25,7 +25,7 @@ void MeasuringSession::begin_resumption(const std::string& time) {
   result_->resumptions = past_->resumptions;
   Resumption resumption{{past_->record.ended, time, {}}};
   if (!past_->resumptions.empty()) resumption.X_first_now = past_->resumptions.back().X_first_now;
-  search_.look_from(resumption.X_first_now.inverse());
+  search_.set_tracker_shift(resumption.X_first_now.inverse());
   result_->resumptions.push_back(std::move(resumption));
 }
 
@@ -50,7 +50,7 @@ std::optional<CampaignError> MeasuringSession::contradiction(const MeasuringTarg
   if (planned && (planned->purpose != target.purpose || planned->q_target != target.q_target))
     return not_its_own(pose + " is another");
   const bool to_come = !past_->skipped_pose(target.pose) && !past_->point(target.pose, target.purpose);
-  if (to_come && !gone_on_ && past_left_ > 0)
+  if (to_come && !has_resumed_ && past_left_ > 0)
     return not_its_own(pose + " was not measured, but " + std::to_string(past_left_) + " later ones");
   return std::nullopt;
 }
@@ -64,7 +64,7 @@ std::optional<StoredPoint> MeasuringSession::measured_before(int number, PointPu
     if (face1 && is_pose(purpose)) result_->points.push_back(*face1);
     result_->points.push_back(*point);
     --past_left_;
-    if (!first) first = seen_at_first(*point);
+    if (!first) first = in_first_frame(*point);
   }
   return first;
 }
@@ -101,19 +101,19 @@ std::optional<MeasuringSession::Before> MeasuringSession::taken_before(const Mea
 }
 
 /// Before the first step that was not taken yet.
-MeasuringSession::Outcome<void> MeasuringSession::go_on() {
-  if (gone_on_) co_return Done{};
+MeasuringSession::Outcome<void> MeasuringSession::resume_from_past() {
+  if (has_resumed_) co_return Done{};
   const CampaignPhase phase = progress_.phase;
-  if (before_going_on_) {
-    Done done = co_await before_going_on_();
+  if (before_resuming_) {
+    Done done = co_await before_resuming_();
     if (!done) co_return done;
   }
-  auto since = co_await look_what_moved(*this);
+  auto since = co_await find_what_moved(*this);
   if (!since) co_return std::unexpected(since.error());
   Resumption& resumption = result_->resumptions.back();
   resumption.found = since->found;
   resumption.X_first_now = since->X_first_now;
-  search_.look_from(resumption.X_first_now.inverse());
+  search_.set_tracker_shift(resumption.X_first_now.inverse());
   Done noted = co_await note_resumption();
   if (!noted) co_return noted;
   enter(phase);
@@ -121,7 +121,7 @@ MeasuringSession::Outcome<void> MeasuringSession::go_on() {
 }
 
 MeasuringSession::Outcome<void> MeasuringSession::note_resumption() {
-  if (!past_ || gone_on_) co_return Done{};
+  if (!past_ || has_resumed_) co_return Done{};
   Resumption& resumption = result_->resumptions.back();
   if (resumption.found.empty()) resumption.found = "all had been measured";
   const std::function<asio::awaitable<StoreResult<void>>()> write = [this, resumption] {
@@ -129,7 +129,7 @@ MeasuringSession::Outcome<void> MeasuringSession::note_resumption() {
   };
   Done kept = co_await journalled<void>(write);
   if (!kept) co_return kept;
-  gone_on_ = true;
+  has_resumed_ = true;
   observer_.on_trouble(described(resumption));
   co_return Done{};
 }
@@ -146,14 +146,14 @@ MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::meas
                                         ? campaign.approach_deg * kRadPerDeg
                                         : approach_way_rad(campaign, before.pose),
                          .q_from = {}};
-  const double search_mm = is_nest ? config_.tracker.first_search_radius_mm : search_.alone_mm();
-  CellDevices::Sight sight{.p_W_mm = p_W_mm,
-                           .search_mm = search_mm,
-                           .gate_mm = search_mm,
-                           .two_face = !is_nest && in_two_faces(before.pose)};
+  const double search_mm = is_nest ? config_.tracker.first_search_radius_mm : search_.clear_radius_mm();
+  CellDevices::MeasureRequest request{.p_W_mm = p_W_mm,
+                                      .search_mm = search_mm,
+                                      .gate_mm = search_mm,
+                                      .two_face = !is_nest && in_two_faces(before.pose)};
   for (int n = 0; n <= campaign.retries; ++n) {
     co_await wait_while_paused();
-    auto seen = co_await attempt_again(target, sight, before.smr, is_nest);
+    auto seen = co_await attempt_again(target, request, before.smr, is_nest);
     if (seen) {
       seen->pose = before.pose;
       seen->purpose = PointPurpose::Check;
@@ -171,15 +171,15 @@ MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::meas
 }
 
 CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_again(MeasuringTarget target,
-                                                                  CellDevices::Sight sight, std::string smr,
-                                                                  bool is_nest) {
+                                                                  CellDevices::MeasureRequest request,
+                                                                  std::string smr, bool is_nest) {
   if (is_nest) {
-    auto beside = co_await attempt_beside(sight);
-    co_return beside;
+    auto nest = co_await attempt_fixed(request);
+    co_return nest;
   }
   auto reached = co_await reach(target);
   if (!reached) co_return std::unexpected(reached.error());
-  auto measured = co_await devices_.measure(sight);
+  auto measured = co_await devices_.measure(request);
   if (!measured) co_return std::unexpected(measured.error());
   co_return point_at(target, *reached, measured->point, smr);
 }

@@ -11,7 +11,7 @@ void MeasuringSession::enter(CampaignPhase phase) {
   progress_.phase = phase;
   error_sum_mm_ = 0;
   error_count_ = 0;
-  tell_progress();
+  report_progress();
 }
 
 void MeasuringSession::count_error(double deviation_mm) {
@@ -28,7 +28,7 @@ void MeasuringSession::count_pose_time() {
 CampaignProgress MeasuringSession::progress() const {
   CampaignProgress now = progress_;
   now.time_left_s = time_left_s();
-  if (!past_ || gone_on_) return now;
+  if (!past_ || has_resumed_) return now;
   // What it will take from its past once it has the devices, it has done.
   now.done = std::max(now.done, past_->poses_done());
   now.skipped = std::max(now.skipped, static_cast<int>(past_->skipped.size()));

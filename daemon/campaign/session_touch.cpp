@@ -17,21 +17,21 @@ MeasuringSession::Outcome<void> MeasuringSession::touch(Touch what) {
     const auto before = touched_before(what);
     if (!before) co_return std::unexpected(before.error());
     if (*before) co_return Done{};
-    Done going_on = co_await go_on();
-    if (!going_on) co_return going_on;
+    Done resumed = co_await resume_from_past();
+    if (!resumed) co_return resumed;
   }
   StoredPoint point;
   point.pose = what.number;
   point.purpose = PointPurpose::Frame;
   point.smr = what.point;
-  for (std::string sentence = what.wish;;) {
-    co_await wait_for_hand(sentence);
+  for (std::string sentence = what.request;;) {
+    co_await wait_for_operator(sentence);
     auto q = co_await jogged_to();
     if (q) {
       point.q_actual = *std::move(q);
       break;
     }
-    sentence = q.error().detail + ": " + what.wish;
+    sentence = q.error().detail + ": " + what.request;
   }
   auto stored = co_await store(std::move(point));
   if (!stored) co_return std::unexpected(stored.error());

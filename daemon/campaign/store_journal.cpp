@@ -59,7 +59,7 @@ const CampaignRecord& measured_in(const StoreJournal::Options& options, const Ca
 
 /// Under which conditions a campaign measured: {"started","ended","poses_measured","poses_skipped",
 /// "temperature_c":{"min","max"},"pressure_mbar","humidity_percent"}, the ranges over all points; without
-/// them where the tracker told no air pressure, as one without a weather station. Measurements of the
+/// them if the tracker reported no air pressure, as one without a weather station. Measurements of the
 /// reference pose and of nests are not counted.
 json::object conditions_document(const CampaignResult& result, const CampaignRecord& record) {
   const std::vector<StoredPoint>& points = result.points;
@@ -102,7 +102,8 @@ json::array remeasured_document(const CampaignResult& result, const config::Cell
     const auto before = std::ranges::find_if(corrected, [&](const StoredPoint& other) {
       return other.purpose == PointPurpose::Validate && other.q_target == point.q_target;
     });
-    if (before == corrected.end()) continue;  // of no use for validation: nothing to show it beside
+    if (before == corrected.end())
+      continue;  // of no use for validation: no corrected point to compare it with
     const Eigen::Vector3d error = -error_mm;
     points.push_back(json::object{
         {"pose", before->pose}, {"smr", point.smr}, {"error", {error.x(), error.y(), error.z()}}});
@@ -203,21 +204,21 @@ json::object drift_document_of(const DriftResult& drift, std::span<const Measure
 /// With the file of the tool, where nothing speaks against using it.
 record::FrameDocument tool_document_of(const ToolResult& tool, const RobotModel& robot,
                                        const std::string& serial) {
-  const Eigen::Isometry3d X_told = config::as_told(tool.frame.X);
-  record::FrameDocument document = record::frame_document_of(record::FrameKind::Tool, tool.order.number,
-                                                             tool.data, tool.frame, X_told, tool.order.by);
+  const Eigen::Isometry3d X_controller = config::rounded_for_controller(tool.frame.X);
+  record::FrameDocument document = record::frame_document_of(
+      record::FrameKind::Tool, tool.order.number, tool.data, tool.frame, X_controller, tool.order.by);
   if (tool.frame.is_sound())
-    document.yaml = config::tool_yaml({tool.order.number, robot.name, serial, X_told, tool.data});
+    document.yaml = config::tool_yaml({tool.order.number, robot.name, serial, X_controller, tool.data});
   return document;
 }
 
 record::FrameDocument base_document_of(const BaseResult& base, const RobotModel& robot) {
-  const Eigen::Isometry3d X_told = config::as_told(base.frame.X);
-  record::FrameDocument document = record::frame_document_of(record::FrameKind::Base, base.order.number,
-                                                             base.data, base.frame, X_told, base.order.by);
+  const Eigen::Isometry3d X_controller = config::rounded_for_controller(base.frame.X);
+  record::FrameDocument document = record::frame_document_of(
+      record::FrameKind::Base, base.order.number, base.data, base.frame, X_controller, base.order.by);
   if (base.order.touch) document.touched_by = base.order.touch->tool.number;
   if (base.frame.is_sound()) {
-    config::BaseFile file{base.order.number,     robot.name, base.order.model_made, X_told,
+    config::BaseFile file{base.order.number,     robot.name, base.order.model_made, X_controller,
                           base.frame.covariance, base.data};
     if (base.order.touch) file.touched_by_mm = base.order.touch->measured.X.translation();
     document.yaml = config::base_yaml(file);
@@ -425,7 +426,7 @@ config::ModelFile StoreJournal::calibrated_model(const CampaignResult& result) c
       largest_correction(options_.config.robot.model, file.cell, config::poses_of(file.validation)) *
       kDegPerRad;
   if (result.resumptions.empty()) return file;
-  // Whoever works with the model does so with the tracker as it stands now.
+  // The model is used with the tracker as it stands now.
   return config::seen_from(std::move(file), result.resumptions.back().X_first_now.inverse());
 }
 

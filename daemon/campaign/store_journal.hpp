@@ -24,7 +24,7 @@ class StoreJournal final : public CampaignJournal {
 
   struct Options {
     std::string campaign_id;    ///< UUID
-    std::string order{};        ///< as order_text(): what it is to do, so that it may go on
+    std::string order{};        ///< as order_text(): what it is to do, so that it may continue
     std::string model_id;       ///< UUID of the model, should one come of it
     config::CellConfig config;  ///< the campaign's
     std::string_view kind = kCampaignKinds.front();
@@ -32,10 +32,10 @@ class StoreJournal final : public CampaignJournal {
                                ///< and nothing contradicts it
     std::string started_by{};  ///< the name of who did
     std::string note{};        ///< his words for it
-    /// The campaign whose points are identified anew; none: they are measured.
+    /// The source of points that are identified again; none: they are measured.
     std::optional<CampaignRecord> source{};
     std::optional<std::vector<int>> validate{};   ///< of that: the poses that validate; none: as measured
-    std::optional<CampaignRecord> interrupted{};  ///< that goes on; none: one begins
+    std::optional<CampaignRecord> interrupted{};  ///< that continues; none: one begins
     std::string measured_before{};  ///< when the last point of that was (RFC 3339); empty: it had none
   };
 

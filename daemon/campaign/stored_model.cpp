@@ -39,8 +39,8 @@ std::expected<std::vector<config::ValidationPoint>, std::string> validation_poin
   return found;
 }
 
-/// Whether what nests and faces told may have corrected the points.
-bool measured_beside(std::span<const StoredPoint> points) {
+/// Whether the points may have been corrected by nests and two-face measurements.
+bool may_be_corrected(std::span<const StoredPoint> points) {
   return std::ranges::any_of(points, [](const StoredPoint& point) { return !is_pose(point.purpose); });
 }
 
@@ -48,7 +48,7 @@ bool measured_beside(std::span<const StoredPoint> points) {
 WhyNot other_error(const ModelRecord& record, const config::ModelFile& model,
                    std::span<const StoredPoint> points) {
   const CalibratedCell& cell = model.cell;
-  const auto validation = measured_beside(points) ? model.validation : validation_points(cell, points);
+  const auto validation = may_be_corrected(points) ? model.validation : validation_points(cell, points);
   if (!validation) return validation.error();
   return config::other_error(cell, *validation, record.validation_after_mm);
 }
@@ -90,8 +90,8 @@ std::string not_checked(const ModelRecord& record, std::span<const StoredPoint> 
 }
 
 std::unexpected<std::string> model_refused(const ModelRecord& record, const std::string& why,
-                                           const char* mend = "activate another model, or identify again") {
-  return std::unexpected("model " + record.id + " is refused: " + why + "; " + mend);
+                                           const char* advice = "activate another model, or identify again") {
+  return std::unexpected("model " + record.id + " is refused: " + why + "; " + advice);
 }
 
 }  // namespace

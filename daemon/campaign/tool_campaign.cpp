@@ -76,7 +76,7 @@ CampaignOutcome<void> ToolCampaign::plan() {
   Done done = co_await session_.plan(config::rough_cell(config), options, reflectors);
   if (!done) co_return done;
   std::vector<JointVector> poses = session_.planned().poses;
-  // Of one that goes on, what came up on the way follows.
+  // Of one that continues, what came up on the way follows.
   poses.resize(std::min(poses.size(), static_cast<std::size_t>(order_.poses)));
   for (const JointVector& q : poses)
     targets_.push_back(session_.new_target(PointPurpose::Frame, q, Replacement::Near));
@@ -106,8 +106,8 @@ CampaignOutcome<void> ToolCampaign::put_reflector_at(std::size_t point) {
   const std::string sentence = "put the reflector at point \"" + order_.points[point].point.name +
                                "\" of tool " + std::to_string(order_.number) +
                                ", opened to where it was opened to before, then resume the campaign";
-  co_await session_.wait_for_hand(sentence);
-  // Nobody knows more of it than where the points before it are.
+  co_await session_.wait_for_operator(sentence);
+  // Only the positions of the points before it are known.
   const config::TrackerConfig& tracker = session_.config().tracker;
   CalibratedCell cell = session_.expected();
   if (order_.points[point].p_F_mm == order_.points.front().p_F_mm)
@@ -167,7 +167,7 @@ CampaignOutcome<void> ToolCampaign::learn_place() {
   const auto places = places_mm();
   const auto known = static_cast<std::size_t>(
       std::ranges::count_if(places, [](const auto& place) { return place.has_value(); }));
-  // Several at once are told apart by their shape until all were seen.
+  // Several at once are distinguished by their shape until all were seen.
   if (known == 0 || (order_.together && known < places.size())) co_return Done{};
   CalibratedCell cell = order_.by.cell;
   cell.reflectors = config::rough_cell(session_.config()).reflectors;
@@ -198,7 +198,7 @@ CampaignOutcome<void> ToolCampaign::evaluate() {
   ToolResult result{.order = order_, .data = readings()};
   const bool needs_spread = order_.poses >= kFewestOrientations && !is_turned(result.data);
   const std::string why =
-      needs_spread ? why_not_told(result.data, session_.config().robot.model) : std::string{};
+      needs_spread ? why_not_identifiable(result.data, session_.config().robot.model) : std::string{};
   if (!why.empty()) co_return std::unexpected(CampaignError{CampaignFault::Calibration, why});
   const Eigen::Matrix3d flange = Eigen::Matrix3d::Identity();
   auto job = [&result, &flange, this] {

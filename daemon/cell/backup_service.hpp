@@ -8,7 +8,8 @@
 
 namespace truepose::daemon {
 
-/// Copies of the store while it is used. The last one stays beside the store; clients read it part by part.
+/// Copies of the store while it is used. The last one stays in the store's folder; clients read it part by
+/// part.
 class BackupService {
  public:
   explicit BackupService(const CellParts& parts) : parts_{parts} {}

@@ -83,12 +83,12 @@ json::object seen_json(const StoredPoint& point) {
 namespace {
 
 json::object point_json(const RobotModel& robot, const StoredPoint& point) {
-  json::object told = seen_json(point);
-  told["q_target_deg"] = record::joints_json(point.q_target, robot);
-  told["q_commanded_deg"] = record::joints_json(point.q_commanded, robot);
-  told["q_actual_deg"] = record::joints_json(point.q_actual, robot);
-  told["time"] = point.time;
-  return told;
+  json::object document = seen_json(point);
+  document["q_target_deg"] = record::joints_json(point.q_target, robot);
+  document["q_commanded_deg"] = record::joints_json(point.q_commanded, robot);
+  document["q_actual_deg"] = record::joints_json(point.q_actual, robot);
+  document["time"] = point.time;
+  return document;
 }
 
 // What leaves room in a line for the rest of an answer; the ends of lines take two bytes each in JSON.
@@ -259,7 +259,7 @@ std::vector<FramePoint> points_of_frame(const CampaignRecord& record) {
 
 std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& robot) {
   std::vector<StoredPoint> points = campaign.points;
-  for (StoredPoint& point : points) point = seen_at_first(std::move(point), campaign.resumptions);
+  for (StoredPoint& point : points) point = in_first_frame(std::move(point), campaign.resumptions);
   std::ostringstream text;
   if (is_of_frame(campaign.record)) {
     const auto readings = campaign.record.kind == "base" ? readings_of_base : frame_readings;
@@ -309,8 +309,8 @@ MethodReply CampaignArchive::get(json::object params) {
   co_return answer;
 }
 
-/// Of a stored campaign, read and made by the store's thread: to write its file anew for each part takes a
-/// few milliseconds of a thread that has them.
+/// Of a stored campaign, read and made by the store's thread: writing the whole file again for each part
+/// takes this thread a few milliseconds only.
 MethodReply CampaignArchive::answer_of(std::string id,
                                        std::function<MethodResult(const StoredCampaign&)> make) {
   auto job = [this, id, make]() -> MethodResult {

@@ -12,8 +12,8 @@
 
 namespace truepose::daemon {
 
-// What a store says of its campaigns, as the control protocol says it: by the daemon, and by whoever reads
-// its file without one.
+// What a store says of its campaigns, in the words of the control protocol: by the daemon, and by a program
+// that reads its file without one.
 
 struct StoredCampaign {
   CampaignRecord record;

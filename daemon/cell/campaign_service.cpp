@@ -115,7 +115,7 @@ asio::awaitable<void> CampaignService::run(std::shared_ptr<Run> run) {
   runner_.wake();
 }
 
-/// It has ended once its model is in force.
+/// It has ended once its model is in effect.
 asio::awaitable<void> CampaignService::close(Run& run, std::optional<CampaignError> error) {
   const std::string reason = error ? "the campaign ended: " + error->detail : "the campaign is done";
   error ? log_warning(reason) : log_info(reason);
@@ -207,32 +207,32 @@ void CampaignService::interrupt(const std::string& reason) {
   if (run_) run_->campaign.interrupt(reason);
 }
 
-// What clients are told.
+// Events for clients.
 
 void CampaignService::on_progress(const CampaignProgress&) {
   parts_.events.publish(control::Topic::Campaign, progress_json());
 }
 
 /// @param why_not  it was not measured
-void CampaignService::tell_measurement(const StoredPoint& point, json::value error_mm,
-                                       const std::string& why_not) {
-  json::object told = seen_json(point);
-  told["campaign_id"] = run_->id();
-  told["error_mm"] = std::move(error_mm);
-  told["reason"] = why_not;
-  parts_.events.publish(control::Topic::Measurement, std::move(told));
+void CampaignService::publish_measurement(const StoredPoint& point, json::value error_mm,
+                                          const std::string& why_not) {
+  json::object event = seen_json(point);
+  event["campaign_id"] = run_->id();
+  event["error_mm"] = std::move(error_mm);
+  event["reason"] = why_not;
+  parts_.events.publish(control::Topic::Measurement, std::move(event));
 }
 
 void CampaignService::on_point(const StoredPoint& point, double deviation_mm,
                                const CampaignProgress& progress) {
-  tell_measurement(point, progress.error_mm ? json::value(deviation_mm) : json::value{}, "");
+  publish_measurement(point, progress.error_mm ? json::value(deviation_mm) : json::value{}, "");
   on_progress(progress);
 }
 
 void CampaignService::on_skipped(const StoredPoint& wanted, const std::string& reason,
                                  const CampaignProgress& progress) {
   log_warning("pose " + std::to_string(wanted.pose) + " skipped: " + reason);
-  tell_measurement(wanted, nullptr, reason);
+  publish_measurement(wanted, nullptr, reason);
   on_progress(progress);
 }
 

@@ -26,7 +26,7 @@ class CampaignService final : private CampaignObserver {
   boost::asio::awaitable<StoreResult<void>> load_interrupted();
   /// Pauses the campaign that is under way, as an operator would.
   MethodResult pause_because(const std::string& why, const std::string& by);
-  /// Ends the campaign that is under way, where there is one, so that it may go on later.
+  /// Ends the campaign that is under way, where there is one, so that it may continue later.
   void interrupt(const std::string& reason);
   bool running() const { return run_ && !run_->ended; }
   /// The last one, under way or ended.
@@ -34,7 +34,7 @@ class CampaignService final : private CampaignObserver {
   /// How far the campaign is that is under way; null where none is.
   boost::json::value json() const;
   std::optional<CampaignProgress> progress() const;
-  /// Those that may go on, the last begun first.
+  /// Those that may continue, the last begun first.
   boost::json::array interrupted_json() const;
   /// What may be asked for because of them.
   std::vector<std::string> also_allowed() const;
@@ -65,14 +65,15 @@ class CampaignService final : private CampaignObserver {
                        const std::string& by);
 
   // Of one that was interrupted.
-  struct GoingOn {
+  struct ResumableCampaign {
     std::shared_ptr<const CampaignPast> past;
     StoreJournal::Options options;
     CampaignOrder order;
   };
-  boost::asio::awaitable<std::expected<GoingOn, control::RpcError>> going_on(std::string id);
-  /// @param why  it did not go on
-  boost::asio::awaitable<void> stay_interrupted(std::string id, std::string why);
+  boost::asio::awaitable<std::expected<ResumableCampaign, control::RpcError>> resumable_campaign(
+      std::string id);
+  /// @param why  it did not continue
+  boost::asio::awaitable<void> keep_interrupted(std::string id, std::string why);
   boost::asio::awaitable<StoreResult<void>> keep(CampaignRecord record);
   MethodReply resume_interrupted(std::string id, std::string by);
   MethodReply abort_interrupted(std::string id);
@@ -82,12 +83,12 @@ class CampaignService final : private CampaignObserver {
                                                              const ModelService::Found& model) const;
   std::expected<const InterruptedCampaign*, control::RpcError> interrupted(const std::string& id) const;
   control::RpcError nothing_paused() const;
-  control::RpcError cannot_go_on(const std::string& id, const std::string& why) const;
+  control::RpcError not_resumable_error(const std::string& id, const std::string& why) const;
   boost::asio::awaitable<void> run(std::shared_ptr<Run> run);
   boost::asio::awaitable<void> close(Run& run, std::optional<CampaignError> error);
   boost::asio::awaitable<void> keep_end();
   boost::json::object progress_json() const;
-  void tell_measurement(const StoredPoint& point, boost::json::value error_mm, const std::string& why_not);
+  void publish_measurement(const StoredPoint& point, boost::json::value error_mm, const std::string& why_not);
 
   void on_progress(const CampaignProgress& progress) override;
   void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;

@@ -38,7 +38,8 @@ std::string device_name(CellDevice device) {
 
 std::string answers(CellDevice device) { return "the " + device_name(device) + " answers"; }
 
-/// Whom a campaign waits for, and why; of a connection that is being made it is the connection that is told.
+/// The device that a campaign waits for, and why. While a connection is being made, the connection is
+/// reported.
 std::optional<Waiting> loss(const CellState& state) {
   if (std::holds_alternative<Running>(state) || std::holds_alternative<Paused>(state)) return waiting(state);
   return std::nullopt;
@@ -60,7 +61,7 @@ std::string fault_text(const CellState& state) {
 
 }  // namespace
 
-void StandingFaults::begin(Fault fault) {
+void ActiveFaults::begin(Fault fault) {
   end(fault.code);
   const FaultCode code = fault.code;
   faults_[code] = {std::move(fault), control::rfc3339(wall_clock_())};
@@ -68,39 +69,39 @@ void StandingFaults::begin(Fault fault) {
   begun_(faults_[code].fault);
 }
 
-void StandingFaults::end(FaultCode code) {
+void ActiveFaults::end(FaultCode code) {
   if (const auto ended = faults_.extract(code)) publish(ended.mapped(), false);
 }
 
-void StandingFaults::stand(bool stands, Fault fault) {
+void ActiveFaults::stand(bool stands, Fault fault) {
   if (stands == this->stands(fault.code)) return;
   if (!stands) return end(fault.code);
   log_warning(fault.text);
   begin(std::move(fault));
 }
 
-std::string StandingFaults::text(FaultCode code) const {
+std::string ActiveFaults::text(FaultCode code) const {
   const auto found = faults_.find(code);
   return found != faults_.end() ? found->second.fault.text : "";
 }
 
-json::array StandingFaults::json() const {
+json::array ActiveFaults::json() const {
   json::array all;
   for (const auto& [code, standing] : faults_) all.push_back(standing.json());
   return all;
 }
 
-std::size_t StandingFaults::count(std::string_view severity) const {
+std::size_t ActiveFaults::count(std::string_view severity) const {
   const auto is = [&](const auto& standing) { return kind_of(standing.first).severity == severity; };
   return static_cast<std::size_t>(std::ranges::count_if(faults_, is));
 }
 
-json::object StandingFaults::Standing::json() const {
+json::object ActiveFaults::Standing::json() const {
   const FaultKind& kind = kind_of(fault.code);
   return {{"code", kind.code}, {"severity", kind.severity}, {"text", fault.text}, {"since", since}};
 }
 
-void StandingFaults::publish(const Standing& fault, bool standing) {
+void ActiveFaults::publish(const Standing& fault, bool standing) {
   json::object event = fault.json();
   event["active"] = standing;
   events_.publish(control::Topic::Fault, event);
@@ -125,7 +126,7 @@ std::optional<RpcError> CellRunner::apply(const CellEvent& event, const std::str
   const CellState before = std::exchange(state_, std::move(step.next));
   for (const CellCommand command : step.commands) carry_out(command, reason);
   if (state_ == before) return std::nullopt;
-  tell_of_waiting(before);
+  report_waiting(before);
   if (state_name(before) != name() || fault_text(before) != fault_text(state_)) tell(before, reason, by);
   changed_.notify();
   return std::nullopt;
@@ -136,7 +137,7 @@ void CellRunner::carry_out(CellCommand command, const std::string& reason) const
 }
 
 /// Of a device that a campaign has lost, and of its return.
-void CellRunner::tell_of_waiting(const CellState& before) {
+void CellRunner::report_waiting(const CellState& before) {
   const auto was = loss(before), is = loss(state_);
   const bool lost = is && (!was || was->device != is->device || was->reason != is->reason);
   const bool back = was && !is && in<Running>() && state_name(before) == name();

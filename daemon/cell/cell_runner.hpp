@@ -20,10 +20,10 @@
 
 namespace truepose::daemon {
 
-/// The faults that stand, one of a code at most. Clients are told of each beginning and end.
-class StandingFaults {
+/// The active faults, at most one of each code. An event reports each begin and end.
+class ActiveFaults {
  public:
-  StandingFaults(EventBus& events, EventBus::WallClock wall_clock)
+  ActiveFaults(EventBus& events, EventBus::WallClock wall_clock)
       : events_{events}, wall_clock_{std::move(wall_clock)} {}
 
   /// Called with each fault that begins.
@@ -78,7 +78,7 @@ class CellRunner {
   }
 
   /// Feeds one event to the state machine and has its commands carried out.
-  /// @param by  who caused it, as clients are told; empty: nobody did, or the daemon itself
+  /// @param by  the user that caused it, for clients; empty: the daemon itself, or no user
   /// @return the refusal as an error, where there was one
   std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason,
                                          const std::string& by = {});
@@ -91,7 +91,7 @@ class CellRunner {
 
   /// Tells why the cell is in its state, where that has changed and the state has not.
   void reword(std::string reason);
-  /// What is under way goes on once the device answers; without a reason it does.
+  /// What is under way continues once the device answers; without a reason it does.
   void await(CellDevice device, const std::string& reason);
 
   std::string_view name() const { return state_name(state_); }
@@ -101,7 +101,7 @@ class CellRunner {
   }
   bool streaming() const { return in<StreamStarting>() || in<Streaming>() || in<StreamStopping>(); }
   bool armed() const { return in<Armed>() || in<Disarming>(); }
-  /// Whether corrections are sent, or would be to whoever asked for them.
+  /// Whether corrections are sent, or would be sent on request.
   bool corrects() const { return streaming() || armed(); }
   /// The text of the fault that the cell is in, or another where it is in none.
   std::string fault_or(const std::string& other) const {
@@ -124,8 +124,8 @@ class CellRunner {
   boost::json::value waiting_json() const;
   bool waits() const { return waiting(state_).has_value(); }
 
-  StandingFaults& faults() { return faults_; }
-  const StandingFaults& faults() const { return faults_; }
+  ActiveFaults& faults() { return faults_; }
+  const ActiveFaults& faults() const { return faults_; }
 
   /// Wakes who waits for a change that is none of the state.
   void wake() { changed_.notify(); }
@@ -145,14 +145,14 @@ class CellRunner {
   static std::size_t index(CellCommand command) { return static_cast<std::size_t>(command); }
   void carry_out(CellCommand command, const std::string& reason) const;
   void tell(const CellState& before, const std::string& reason, const std::string& by);
-  void tell_of_waiting(const CellState& before);
+  void report_waiting(const CellState& before);
   std::string waiting_for(const Waiting& wait) const;
   std::string paused_because(const Waiting& wait) const;
 
   drivers::Clock& clock_;
   EventBus& events_;
   EventBus::WallClock wall_clock_;
-  StandingFaults faults_;
+  ActiveFaults faults_;
   std::array<CarryOut, kCellCommands> carry_out_;
   std::function<std::string()> no_packet_answered_;
   std::function<bool(std::string_view method)> possible_ = [](std::string_view) { return true; };

@@ -62,7 +62,7 @@ CellStep held_up(const Paused& paused, const DeviceAwaited& by, TimePoint now) {
   return go(Running{paused.campaign_id}, {CellCommand::ResumeCampaign});
 }
 
-/// Its patience begins anew.
+/// Its timeout starts again.
 Running resumed(const Paused& paused, TimePoint now) {
   Running running{paused.campaign_id, paused.waiting};
   if (running.waiting) running.waiting->since = now;
@@ -125,7 +125,7 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const Ready&, const StreamStartRequested&) -> Maybe {
             return go(StreamStarting{now}, {C::StartStream});
           },
-          // The controller runs one program: while another is corrected, nobody listens to EKI.
+          // The controller runs one program: while another is corrected, no program listens to EKI.
           [&](const Ready&, const ArmRequested&) -> Maybe {
             return go(Armed{}, {C::CloseDevices, C::ArmStream});
           },
@@ -208,7 +208,7 @@ CellStep on_outcome(const CellState& state, const CellEvent& event, TimePoint no
   using C = CellCommand;
   return std::visit(
       Overloaded{
-          // What goes on without the store does.
+          // What continues without the store does.
           [](const Running& s, const StoreFailed& e) { return fault(s, e.fault, {C::CloseDevices}); },
           [](const Paused& s, const StoreFailed& e) { return fault(s, e.fault, {C::CloseDevices}); },
           [](const Aborting& s, const StoreFailed& e) { return fault(s, e.fault, {C::CloseDevices}); },

@@ -13,7 +13,7 @@
 
 namespace truepose::daemon {
 
-/// A device that has to answer before the state goes on.
+/// A device that has to answer before the state continues.
 struct Waiting {
   CellDevice device = CellDevice::Controller;
   TimePoint since;
@@ -118,7 +118,7 @@ struct ConnectFailed {
 struct DeviceLost {
   FaultText fault;
 };
-/// What is under way goes on once the device answers.
+/// What is under way continues once the device answers.
 struct DeviceAwaited {
   CellDevice device = CellDevice::Controller;
   std::string reason;  ///< empty: it answers again
@@ -160,7 +160,7 @@ enum class CellCommand {
   StartStream,
   StopStream,
   ArmStream,
-  RearmStream,  ///< a stream that holds goes on from the correction that it holds
+  RearmStream,  ///< a stream that holds continues from the correction that it holds
 };
 inline constexpr std::size_t kCellCommands = 10;
 

@@ -90,7 +90,7 @@ asio::awaitable<void> DaemonCell::shut_down() {
   parts_.stream.disengage();
   campaigns_.interrupt("the daemon was stopped");
   const TimePoint give_up = parts_.clock.now() + parts_.config.stream.ramp + 5s;
-  while ((stream_.in_force() || campaigns_.running()) && parts_.clock.now() < give_up)
+  while ((stream_.in_effect() || campaigns_.running()) && parts_.clock.now() < give_up)
     co_await runner_.changed_until(give_up);
   if (runner_.streaming()) co_await devices_.stop_robot();
   devices_.disconnect();
@@ -102,7 +102,7 @@ DaemonCell::Snapshot DaemonCell::snapshot() const {
           .warnings = runner_.faults().count("warning"),
           .errors = runner_.faults().count("error"),
           .robot_connected = robot.connected(),
-          .robot_ready = robot.connected() && robot.told() && robot.told()->ready,
+          .robot_ready = robot.connected() && robot.last_state() && robot.last_state()->ready,
           .tracker_connected = devices_.tracker().connected(),
           .armed = runner_.armed(),
           .campaign = campaigns_.progress(),
@@ -116,7 +116,7 @@ json::object DaemonCell::status_json() const {
     for (const std::string& method : methods)
       if (!runner_.rules_out(FaultCode::Store, method)) allowed.emplace_back(method);
   std::string next = runner_.next();
-  if (std::string not_ready = devices_.way_to_ready(); !not_ready.empty())
+  if (std::string not_ready = devices_.how_to_get_ready(); !not_ready.empty())
     next = std::move(not_ready);
   else if (!of_interrupted.empty() && std::ranges::count(allowed, json::value(of_interrupted[0])) > 0)
     next = "Resume the interrupted campaign, or abort it.";

@@ -120,7 +120,7 @@ asio::awaitable<void> DeviceService::watch() {
     // Taken before the questions: a wish that comes during one is not lost.
     auto wish = soon_.wait();
     if (may_be_asked()) co_await ask_robot();
-    if (runner_.in<Armed>()) co_await look_at_robot();
+    if (runner_.in<Armed>()) co_await refresh_robot();
     if (may_be_asked() && !tracker_.busy() && parts_.clock.now() >= ask_tracker_at) {
       co_await ask_tracker();
       ask_tracker_at = parts_.clock.now() + kAskTracker;
@@ -130,7 +130,7 @@ asio::awaitable<void> DeviceService::watch() {
   }
 }
 
-/// A campaign connects anew by itself what it has lost.
+/// A campaign reconnects its lost devices itself.
 asio::awaitable<void> DeviceService::ask_robot() {
   if (in_campaign() && !robot_.connected()) co_return;
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
@@ -150,23 +150,23 @@ asio::awaitable<void> DeviceService::ask_robot() {
 }
 
 /// An armed stream does without it.
-asio::awaitable<void> DeviceService::look_at_robot() {
+asio::awaitable<void> DeviceService::refresh_robot() {
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
   co_await robot_.look(deadline);
 }
 
 std::expected<drivers::RobotState, std::string> DeviceService::robot_state() const {
-  const auto& told = robot_.told();
-  if (!told) return std::unexpected(robot_.why_not());
-  if (parts_.clock.now() - robot_.told_at() >= kOld)
+  const auto& state = robot_.last_state();
+  if (!state) return std::unexpected(robot_.why_not());
+  if (parts_.clock.now() - robot_.last_state_at() >= kOld)
     return std::unexpected("last answer more than " + std::to_string(kOld / 1s) + " s ago");
-  return *told;
+  return *state;
 }
 
 std::optional<std::string> DeviceService::arm_serial() const {
   if (robot_.connected()) return robot_.identity().serial;
-  const auto told = robot_state();
-  return told ? told->serial : std::nullopt;
+  const auto state = robot_state();
+  return state ? state->serial : std::nullopt;
 }
 
 std::string DeviceService::other_arm(const std::string& what, const std::string& serial) const {
@@ -175,7 +175,7 @@ std::string DeviceService::other_arm(const std::string& what, const std::string&
   return what + " belongs to arm " + serial + ", not to " + *now;
 }
 
-/// The stream does without the tracker; whoever is ready to measure does not.
+/// The stream does not need the tracker; a cell that is ready to measure does.
 asio::awaitable<void> DeviceService::ask_tracker() {
   if (in_campaign() && !(needs_.tracker && tracker_.connected())) co_return;
   const TimePoint deadline = parts_.clock.now() + kCheckAnswer;
@@ -188,7 +188,7 @@ asio::awaitable<void> DeviceService::ask_tracker() {
                          {FaultCode::Tracker, why.detail + "; the stream continues without it"});
 }
 
-std::string DeviceService::way_to_ready() const {
+std::string DeviceService::how_to_get_ready() const {
   const auto robot = robot_state();
   if (!runner_.in<Ready>() || !robot || robot->ready) return {};
   return drivers::not_ready_text(robot->why_not_ready);
@@ -197,7 +197,7 @@ std::string DeviceService::way_to_ready() const {
 json::object DeviceService::robot_json() const {
   const bool connected = robot_.connected();
   const drivers::RobotIdentity known = connected ? robot_.identity() : drivers::RobotIdentity{};
-  const drivers::RobotState robot = robot_.told().value_or(drivers::RobotState{});
+  const drivers::RobotState robot = robot_.last_state().value_or(drivers::RobotState{});
   return {{"connected", connected},
           {"model", known.model},
           {"serial", known.serial},

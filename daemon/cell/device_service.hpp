@@ -39,19 +39,19 @@ class DeviceService {
   /// A campaign begins, and is not bothered about what it does not use.
   void serve(const CampaignNeeds& needs) { needs_ = needs; }
 
-  /// What the controller has told of itself lately, or why that is not known.
+  /// The controller's latest state, or why it is not known.
   std::expected<drivers::RobotState, std::string> robot_state() const;
   /// What keeps a ready cell's arm from moving, and the way out; empty where nothing does.
-  std::string way_to_ready() const;
-  /// Of the arm that is connected, else as the state server has told it lately; none: nobody knows.
+  std::string how_to_get_ready() const;
+  /// Of the arm that is connected, else as the state server reported it last; none: unknown.
   std::optional<std::string> arm_serial() const;
   /// That something belongs to another arm than the one that is there, in one sentence; empty: it does not,
-  /// or nobody knows.
+  /// or that is not known.
   /// @param what    "the model"
   /// @param serial  of the arm that it belongs to
   std::string other_arm(const std::string& what, const std::string& serial) const;
   /// Asks the state server, without a connection.
-  boost::asio::awaitable<void> look_at_robot();
+  boost::asio::awaitable<void> refresh_robot();
   /// Asks the devices at once, and not only at the next second.
   void ask_soon() { soon_.notify(); }
   WatchedRobot& robot() { return robot_; }

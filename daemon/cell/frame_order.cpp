@@ -25,7 +25,7 @@ struct Assumed {
 
 Assumed assumed_tcp(int number, const config::CellConfig& config, const ToolService& tools) {
   if (const config::ToolFile* known = tools.of(number))
-    return {known->X_told.translation(), "where the TCP was measured before"};
+    return {known->X_controller.translation(), "where the TCP was measured before"};
   if (config.stream.p_FT_mm) return {*config.stream.p_FT_mm, "where stream.tcp of the cell file has it"};
   return {config.reflector.p_FS_mm, "where the cell file has its reflector, as the TCP is not known", false};
 }
@@ -35,7 +35,7 @@ const Row* row_of(const std::optional<std::vector<Row>>& rows, std::size_t point
   return rows && point < rows->size() ? &(*rows)[point] : nullptr;
 }
 
-/// The tool of this number, to touch with; none, which is told to `read`, where it was not measured.
+/// The tool of this number, to touch with. None if it was not measured, which is reported to `read`.
 std::optional<TouchOrder> touch_order(int number, control::ParamReader& read, const ToolService& tools) {
   if (const std::string refused = tools.refusal(number); !refused.empty()) {
     read.fail("touch", refused);

@@ -11,7 +11,7 @@ namespace truepose::daemon {
 
 /// What campaign.start asks for of a tool, without the model to measure it by. Where the request does not say
 /// where a point is, it is looked for about where the cell has the tool's TCP: as it was measured before,
-/// else where the stream keeps the position, else where the cell's reflector is. What is wrong is told to
+/// else where the stream keeps the position, else where the cell's reflector is. Errors are reported to
 /// `read`.
 ToolOrder tool_order(control::ParamReader& read, const config::CellConfig& config, const ToolService& tools);
 

@@ -121,7 +121,7 @@ std::expected<IdentificationService::Made, std::string> IdentificationService::m
   if (request.split || none_validates) {
     made.validate =
         drawn_to_validate(points, request.split.value_or(kUsualSplit), request.config.campaign.seed);
-    let_validate(*made.validate, points);
+    assign_validation_set(*made.validate, points);
   }
   if (!request.split && none_validates && too_few(points, request.config)) {
     // Better a model that nothing validates than none.

@@ -11,8 +11,8 @@
 
 namespace truepose::daemon {
 
-/// Identifies the stored points of a campaign anew, of one that was aborted or has failed too. What comes of
-/// it is a campaign of its own that names the one whose points they are, with a document and a model.
+/// Identifies the stored points of a campaign again, also of one that was aborted or has failed. The result
+/// is a campaign of its own, with a document and a model. It names the campaign that measured the points.
 class IdentificationService {
  public:
   IdentificationService(const CellParts& parts, CellRunner& runner, StoreWatch& store, ModelService& models)

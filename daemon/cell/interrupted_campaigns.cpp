@@ -85,7 +85,7 @@ RpcError CampaignService::nothing_paused() const {
                              "; give its id to resume it");
 }
 
-RpcError CampaignService::cannot_go_on(const std::string& id, const std::string& why) const {
+RpcError CampaignService::not_resumable_error(const std::string& id, const std::string& why) const {
   return runner_.wrong_state("campaign " + id + " cannot resume in this cell: " + why +
                              "; correct the cell file, or abort the campaign and start it again");
 }
@@ -136,14 +136,15 @@ asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_o
   co_return CampaignOrder{std::move(order)};
 }
 
-/// What it goes on with, or what speaks against that.
-asio::awaitable<std::expected<CampaignService::GoingOn, RpcError>> CampaignService::going_on(std::string id) {
+/// What it continues with, or what speaks against that.
+asio::awaitable<std::expected<CampaignService::ResumableCampaign, RpcError>>
+CampaignService::resumable_campaign(std::string id) {
   auto job = [this, id] { return read_past(parts_.store, id); };
   auto read = co_await parts_.store_thread.ask(job);
   if (!read) co_return std::unexpected(store_unusable(read.error()));
   const auto past = std::make_shared<CampaignPast>(*std::move(read));
   auto kept = kept_order(past->plan.order);
-  if (!kept) co_return std::unexpected(cannot_go_on(id, "its order cannot be read: " + kept.error()));
+  if (!kept) co_return std::unexpected(not_resumable_error(id, "its order cannot be read: " + kept.error()));
   config::CellConfig config = parts_.config;
   std::string unreadable;
   try {
@@ -151,14 +152,14 @@ asio::awaitable<std::expected<CampaignService::GoingOn, RpcError>> CampaignServi
   } catch (const config::ConfigError& error) {
     unreadable = error.what();
   }
-  if (!unreadable.empty()) co_return std::unexpected(cannot_go_on(id, unreadable));
+  if (!unreadable.empty()) co_return std::unexpected(not_resumable_error(id, unreadable));
   auto order = co_await order_of(past->record.kind, *kept);
   if (!order) co_return std::unexpected(order.error());
   if (const auto* tool = std::get_if<ToolOrder>(&*order)) config = cell_with_tool(std::move(config), *tool);
   past->nests = kept->nests;
   auto judge = [past, config] { return past->misfit(config); };
   const auto misfit = co_await parts_.compute_thread.ask(judge);
-  if (misfit) co_return std::unexpected(cannot_go_on(id, *misfit));
+  if (misfit) co_return std::unexpected(not_resumable_error(id, *misfit));
 
   StoreJournal::Options options{.campaign_id = id,
                                 .order = past->plan.order,
@@ -168,7 +169,7 @@ asio::awaitable<std::expected<CampaignService::GoingOn, RpcError>> CampaignServi
                                 .activate = kept->activate,
                                 .interrupted = past->record};
   if (!past->points.empty()) options.measured_before = past->points.back().time;
-  co_return GoingOn{past, std::move(options), *std::move(order)};
+  co_return ResumableCampaign{past, std::move(options), *std::move(order)};
 }
 
 /// What of an interrupted campaign has changed.
@@ -180,9 +181,9 @@ asio::awaitable<StoreResult<void>> CampaignService::keep(CampaignRecord record) 
   co_return kept;
 }
 
-asio::awaitable<void> CampaignService::stay_interrupted(std::string id, std::string why) {
+asio::awaitable<void> CampaignService::keep_interrupted(std::string id, std::string why) {
   const auto one = std::ranges::find(interrupted_, id, id_of);
-  if (one == interrupted_.end()) co_return;  // somebody has aborted it meanwhile
+  if (one == interrupted_.end()) co_return;  // another client has aborted it meanwhile
   one->record.reason = std::move(why);
   parts_.events.publish(control::Topic::Campaign, progress_of(*one));
   const auto kept = co_await keep(one->record);
@@ -191,10 +192,10 @@ asio::awaitable<void> CampaignService::stay_interrupted(std::string id, std::str
 
 MethodReply CampaignService::resume_interrupted(std::string id, std::string by) {
   if (const auto known = interrupted(id); !known) co_return std::unexpected(known.error());
-  auto with = co_await going_on(id);
-  if (!with && with.error().code != ErrorCode::Store) co_await stay_interrupted(id, with.error().message);
+  auto with = co_await resumable_campaign(id);
+  if (!with && with.error().code != ErrorCode::Store) co_await keep_interrupted(id, with.error().message);
   if (!with) co_return std::unexpected(with.error());
-  // Somebody may have aborted it meanwhile.
+  // Another client may have aborted it meanwhile.
   if (const auto still = interrupted(id); !still) co_return std::unexpected(still.error());
   const CampaignResumeRequested resume{id};
   const auto launched =

@@ -183,7 +183,7 @@ std::optional<ModelService::Lack> ModelService::lack() const {
   return other.empty() ? std::nullopt : std::optional{lacks_model(other)};
 }
 
-std::optional<ModelService::Lack> ModelService::lack_to_correct() const {
+std::optional<ModelService::Lack> ModelService::missing_for_correction() const {
   if (auto of_model = lack()) return of_model;
   std::string refused = tools_.refusal();
   const auto& fixed = parts_.config.stream.tool;
@@ -210,7 +210,7 @@ std::expected<const ModelService::Active*, RpcError> ModelService::needed_for_dr
 }
 
 std::expected<const ModelService::Active*, RpcError> ModelService::needed_to_correct() const {
-  if (const auto of_correction = lack_to_correct()) return std::unexpected(refusal(*of_correction));
+  if (const auto of_correction = missing_for_correction()) return std::unexpected(refusal(*of_correction));
   return &*active_;
 }
 

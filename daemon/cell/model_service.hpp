@@ -32,11 +32,11 @@ class ModelService {
     std::uint64_t number;
     ModelRecord record;
     CalibratedCell cell;      ///< its one reflector is the point that is kept
-    std::optional<int> tool;  ///< number of the measured one that it puts right
+    std::optional<int> tool;  ///< number of the measured one that it corrects
     std::string tool_of;      ///< campaign that measured that; empty: the cell file's
   };
   /// The tool that the stream corrects.
-  struct ToolInForce {
+  struct ActiveTool {
     std::optional<int> number;           ///< none: not known, or none
     std::optional<Eigen::Isometry3d> X;  ///< on the flange, as the controller has it; none: not known
     bool is_current = false;   ///< X is what it has now, not what it had when the tool was last used
@@ -63,14 +63,14 @@ class ModelService {
   /// fault until another is activated.
   boost::asio::awaitable<StoreResult<void>> load_active();
   const std::optional<Active>& active() const { return active_; }
-  /// The controller says which tool is in force and with which frame. Where the cell file says which, that
+  /// The controller says which tool is in effect and with which frame. Where the cell file says which, that
   /// holds.
   /// @param frame  X Y Z in mm, A B C in deg; none: not known yet, and the last one of this tool holds
   void controller_has(std::optional<int> tool, const std::optional<std::array<double, 6>>& frame);
-  const ToolInForce& tool() const { return tool_; }
+  const ActiveTool& tool() const { return tool_; }
   const ToolService& tools() const { return tools_; }
   /// Why nothing can be corrected; none where it can be.
-  std::optional<Lack> lack_to_correct() const;
+  std::optional<Lack> missing_for_correction() const;
   /// The active model where it can be worked with, else why it cannot, as the answer to who needs it.
   std::expected<const Active*, control::RpcError> needed() const;
   std::expected<const Active*, control::RpcError> needed_for_drift() const;
@@ -117,7 +117,7 @@ class ModelService {
   const DeviceService& devices_;
   const ToolService& tools_;
   std::optional<Active> active_;
-  ToolInForce tool_;
+  ActiveTool tool_;
   std::map<int, Eigen::Isometry3d> frames_;  ///< of the tools that the controller has used, as it had them
   std::uint64_t number_ = 0;                 ///< of the model that the stream was given last
   std::deque<Given> given_;

@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr Duration kDrain = 50ms;  // the realtime thread wakes nobody
+constexpr Duration kDrain = 50ms;  // the realtime thread wakes no other thread
 constexpr Duration kFromFaultToFault = 1min;
 constexpr std::size_t kMostHeaderBytes = std::size_t{4} << 20;
 
@@ -70,7 +70,7 @@ RecordingService::RecordingService(const CellParts& parts, CellRunner& runner, c
       folder_{parts.config.recording},
       ethernet_xml_{text_of_ethernet(parts.config.stream.ethernet_xml)},
       nominal_yaml_{arm_yaml({.robot = parts.config.robot.model})} {
-  runner_.faults().tell([this](const Fault& fault) { tell_fault(fault); });
+  runner_.faults().tell([this](const Fault& fault) { record_fault(fault); });
 }
 
 std::vector<Method<RecordingService>> RecordingService::methods() {
@@ -136,7 +136,7 @@ asio::awaitable<RecordingService::Saved> RecordingService::save_now(std::string 
   co_return saved;
 }
 
-void RecordingService::tell_fault(const Fault& fault) {
+void RecordingService::record_fault(const Fault& fault) {
   const std::string text = std::string{kind_of(fault.code).code} + ": " + fault.text;
   parts_.recorder.tell(recording::Wire::Daemon, recording::Kind::Fault, text);
   if (fault_.empty()) fault_ = text;
@@ -167,7 +167,7 @@ void RecordingService::know_devices() {
   if (devices_.tracker().connected()) known_.tracker = devices_.tracker().identity();
 }
 
-/// For whoever finds the ring of a process that was killed.
+/// For the next process, which finds the ring of one that was killed.
 asio::awaitable<void> RecordingService::keep_header() {
   const std::uint64_t model = models_.given().empty() ? 0 : models_.given().back().number;
   const std::pair now{known_.robot.serial, model};

@@ -38,7 +38,7 @@ class RecordingService {
   boost::asio::awaitable<Saved> save_now(std::string reason);
   boost::asio::awaitable<void> save_fault();
   boost::asio::awaitable<void> keep_header();
-  void tell_fault(const Fault& fault);
+  void record_fault(const Fault& fault);
   void know_devices();
   recording::Header header(const std::string& reason) const;
 

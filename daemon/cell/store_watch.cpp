@@ -44,21 +44,21 @@ asio::awaitable<std::optional<RpcError>> StoreWatch::acknowledge() {
 }
 
 asio::awaitable<void> StoreWatch::keep(std::string about, std::function<StoreResult<void>()> write) {
-  owed_[about] = std::make_shared<const Write>(std::move(write));
+  pending_[about] = std::make_shared<const Write>(std::move(write));
   co_await pay();
 }
 
 asio::awaitable<void> StoreWatch::pay() {
-  while (!owed_.empty()) {
-    const auto [about, write] = *owed_.begin();
-    auto job = [owed = write] { return (*owed)(); };
+  while (!pending_.empty()) {
+    const auto [about, write] = *pending_.begin();
+    auto job = [pending = write] { return (*pending)(); };
     auto written = co_await parts_.store_thread.ask(job);
     if (!written) {
       failed(written.error());
       co_return;
     }
-    const auto still = owed_.find(about);
-    if (still != owed_.end() && still->second == write) owed_.erase(still);
+    const auto still = pending_.find(about);
+    if (still != pending_.end() && still->second == write) pending_.erase(still);
   }
 }
 

@@ -22,7 +22,7 @@ std::string silence_text(std::optional<drivers::Duration> silence);
 /// not read what it sends.
 std::string old_packet_text(const StreamStatus& status, std::optional<drivers::Duration> age);
 
-/// What came to the RSI port and was not taken for the controller's, as far as the log was told of it.
+/// Packets at the RSI port that were not accepted as the controller's, as far as they were logged.
 struct RefusedPackets {
   std::optional<drivers::UdpSource> foreign;
   std::string malformed;  ///< from where, why, and how it begins
@@ -34,7 +34,7 @@ struct RefusedPackets {
 std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,
                            const config::CellConfig& config);
 
-/// What the controller tells of itself beside its axes; none where it is not known.
+/// State of the controller in addition to its axes; none where it is not known.
 struct RobotCondition {
   std::optional<std::string> mode, program;  ///< as drivers::RobotState names them
   std::optional<double> override_percent;
@@ -58,7 +58,7 @@ struct StreamSurroundings {
   std::string trouble;  ///< why it does not run, which the realtime thread does not know; empty = it may
   std::string frozen;   ///< what its fault says while it is frozen, which keeps a cause that was seen once
   std::string model_id;
-  std::optional<int> tool{};   ///< number of the one in force, where it is known
+  std::optional<int> tool{};   ///< number of the one in effect, where it is known
   bool tool_measured = false;  ///< so that its TCP is what is corrected
   RobotCondition robot{};
   std::string serial{};                         ///< of the arm that the model belongs to

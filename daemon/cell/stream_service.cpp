@@ -19,13 +19,13 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// The realtime thread wakes nobody, which would be a system call: what it has written is looked for, and a
-// silent controller told within half a second of its last packet.
-constexpr Duration kLook = 50ms;
-constexpr Duration kTell = 1s;
+// The realtime thread wakes no other thread, which would be a system call. Its status is polled, and a
+// controller without packets is reported within half a second.
+constexpr Duration kPollInterval = 50ms;
+constexpr Duration kReportInterval = 1s;
 constexpr Duration kModesDiffer = 5s;  // more than the state server takes to see a change
 constexpr Duration kUnconfirmed =
-    1s;  // a session that begins shows within some cycles that nothing is in force
+    1s;  // a session that begins shows within some cycles that nothing is in effect
 constexpr Duration kDeviceAnswer = 5s;
 constexpr Duration kLeave = 2s;  // RSI_OFF follows the Stop bit within some cycles, then kSilence
 constexpr Duration kStartProgram = 20s;
@@ -45,7 +45,7 @@ std::optional<std::string> name_of(std::optional<std::int64_t> number, Enum firs
 }
 
 /// Whether the controller is known to have sent nothing for long, or ever.
-bool known_silent(const StreamStatus& status) {
+bool known_stale(const StreamStatus& status) {
   const auto lasts = silence(status);
   return !lasts || *lasts >= kSilence;
 }
@@ -116,7 +116,7 @@ MethodReply StreamService::stop(json::object params, std::string by) {
   co_return json();
 }
 
-/// The controller does not do what it is sent: what it has in force stays, whatever is sent.
+/// The controller does not do what it is sent: what it has in effect stays, whatever is sent.
 std::optional<RpcError> StreamService::cannot_ramp_out(const std::string& method) const {
   if (!runner_.corrects() || !runner_.faults().stands(FaultCode::StreamFrozen)) return std::nullopt;
   return runner_.wrong_state(
@@ -141,10 +141,10 @@ asio::awaitable<std::optional<RpcError>> StreamService::ramped_out(std::string m
 /// By the Stop bit, which the stream repeats; where no reply can carry it, or RSI stays open, as a motion is
 /// stopped.
 asio::awaitable<void> StreamService::end_program() {
-  const auto is_silent = [this] { return known_silent(parts_.stream.status()); };
+  const auto is_silent = [this] { return known_stale(parts_.stream.status()); };
   const bool was_silent = is_silent();
   for (const TimePoint end = parts_.clock.now() + kLeave; !is_silent() && parts_.clock.now() < end;) {
-    const TimePoint next = parts_.clock.now() + kLook;
+    const TimePoint next = parts_.clock.now() + kPollInterval;
     co_await parts_.clock.sleep_until(next);
   }
   if (!was_silent && is_silent()) co_return;
@@ -155,7 +155,7 @@ asio::awaitable<void> StreamService::end_program() {
 
 MethodReply StreamService::arm(json::object params, std::string by) {
   if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  if (!devices_.robot().connected()) co_await devices_.look_at_robot();
+  if (!devices_.robot().connected()) co_await devices_.refresh_robot();
   if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
   co_await keep_corrected();
   const bool known = devices_.arm_serial().has_value();
@@ -180,8 +180,8 @@ MethodReply StreamService::disarm(json::object params, std::string by) {
   co_return json();
 }
 
-/// Before anything is corrected. Where the disk does not keep it the stream goes on: what is lost is a proof
-/// for simulators that outlive a restart of this machine.
+/// Before anything is corrected. Where the disk does not keep it the stream continues: what is lost is a
+/// proof for simulators that outlive a restart of this machine.
 asio::awaitable<void> StreamService::keep_corrected() {
   auto job = [this] { return daemon::keep_corrected(parts_.config.store); };
   const auto kept = co_await parts_.store_thread.ask(job);
@@ -207,7 +207,7 @@ asio::awaitable<void> StreamService::arm_as_before() {
   if (!since) log_error("whether the stream was armed is not known: " + since.error().detail);
   if (!since || since->empty()) co_return;
   kept_armed_ = true;
-  co_await devices_.look_at_robot();
+  co_await devices_.refresh_robot();
   if (const auto model = models_.needed_to_correct(); !model) {
     log_warning("the stream, armed since " + *since + ", is disarmed: " + model.error().message);
     co_await keep_disarmed();
@@ -225,12 +225,12 @@ MethodReply StreamService::status(json::object params) {
 asio::awaitable<void> StreamService::watch() {
   for (TimePoint tell = parts_.clock.now();;) {
     look();
-    if (kept_armed_ && runner_.in<Faulted>()) co_await keep_disarmed();  // whoever acknowledges arms anew
+    if (kept_armed_ && runner_.in<Faulted>()) co_await keep_disarmed();  // acknowledging arms again
     if (parts_.clock.now() >= tell) {
-      tell = parts_.clock.now() + kTell;
+      tell = parts_.clock.now() + kReportInterval;
       if (runner_.corrects()) parts_.events.publish(control::Topic::Stream, json(), Keep::Passing);
     }
-    const TimePoint next = parts_.clock.now() + kLook;
+    const TimePoint next = parts_.clock.now() + kPollInterval;
     co_await parts_.clock.sleep_until(next);
   }
 }
@@ -259,8 +259,8 @@ void StreamService::look() {
   const StreamStatus status = parts_.stream.status();
   last_minute_.take(status.counters, now);
   const StreamState before = std::exchange(state_, status.state);
-  // With a session that is over, what it had in force is too.
-  const bool over = known_silent(status) && !runner_.streaming();
+  // With a session that is over, what it had in effect is too.
+  const bool over = known_stale(status) && !runner_.streaming();
   const bool acknowledged = status.acknowledged != acknowledged_;  // and not yet seen
   const bool frozen = status.state == StreamState::Frozen;
   const bool clamped = frozen && clamped_axis(status);
@@ -272,12 +272,12 @@ void StreamService::look() {
     parts_.events.publish(control::Topic::Stream, json());
     runner_.wake();
   }
-  const bool closed = runner_.armed() && known_silent(status);
+  const bool closed = runner_.armed() && known_stale(status);
   if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
   runner_.faults().stand(now - proven_ >= kUnconfirmed, {FaultCode::StreamUnconfirmed, reason(status)});
   compare_modes(status);
-  look_at_robot(status);
-  look_whose_arm_it_is(status);
+  refresh_robot(status);
+  check_serial_number(status);
   look_for_silence(status);
   follow(status);
 }
@@ -285,47 +285,47 @@ void StreamService::look() {
 /// By RSI what that says, which is sooner and needs no more than itself; the rest by the state server.
 RobotCondition StreamService::robot(const StreamStatus& status) const {
   RobotCondition robot;
-  if (const auto told = devices_.robot_state()) {
-    robot = {.mode = told->mode,
-             .program = told->program,
-             .override_percent = told->override_percent,
-             .emergency_stop = told->emergency_stop,
-             .gate_open = told->gate_open,
-             .tool_frame = told->tool_frame,
-             .base_frame = told->base_frame,
-             .load_kg = told->load_kg};
+  if (const auto state = devices_.robot_state()) {
+    robot = {.mode = state->mode,
+             .program = state->program,
+             .override_percent = state->override_percent,
+             .emergency_stop = state->emergency_stop,
+             .gate_open = state->gate_open,
+             .tool_frame = state->tool_frame,
+             .base_frame = state->base_frame,
+             .load_kg = state->load_kg};
   } else {
-    robot.unknown = told.error();
+    robot.unknown = state.error();
   }
-  if (known_silent(status)) return robot;
+  if (known_stale(status)) return robot;
   using eki::OperatingMode, eki::ProgramState;
   auto mode = name_of(status.mode, OperatingMode::T1, OperatingMode::Ext);
   if (mode && !mode_differs_) robot.mode = std::move(mode);
   if (auto program = name_of(status.program, ProgramState::Free, ProgramState::Ended))
     robot.program = std::move(program);
   if (status.override_percent) robot.override_percent = static_cast<double>(*status.override_percent);
-  if (const auto& told = told_cell_.signals()) {
-    robot.emergency_stop = told->emergency_stop;
-    robot.gate_open = told->gate_open;
+  if (const auto& signals = controller_signals_.signals()) {
+    robot.emergency_stop = signals->emergency_stop;
+    robot.gate_open = signals->gate_open;
   }
   if (robot.mode && robot.program && robot.override_percent && robot.emergency_stop && robot.gate_open)
     robot.unknown.clear();
   return robot;
 }
 
-void StreamService::look_at_robot(const StreamStatus& status) {
-  told_cell_.take(known_silent(status) ? std::nullopt : status.cell, parts_.clock.now());
+void StreamService::refresh_robot(const StreamStatus& status) {
+  controller_signals_.take(known_stale(status) ? std::nullopt : status.cell, parts_.clock.now());
   // What does not come again is as it was. The frame is of the tool that the state server names with it.
-  const auto told = devices_.robot_state();
-  const auto& by_rsi = told_cell_.signals();
+  const auto state = devices_.robot_state();
+  const auto& by_rsi = controller_signals_.signals();
   const bool other_tool = by_rsi && (!tool_by_rsi_ || *tool_by_rsi_ != by_rsi->tool);
   tool_by_rsi_ = by_rsi ? std::optional{by_rsi->tool} : std::nullopt;
   if (other_tool) devices_.ask_soon();  // for its frame
   if (by_rsi) {
     models_.controller_has(by_rsi->tool,
-                           told && told->tool == by_rsi->tool ? told->tool_frame : std::nullopt);
-  } else if (told) {
-    models_.controller_has(told->tool, told->tool_frame);
+                           state && state->tool == by_rsi->tool ? state->tool_frame : std::nullopt);
+  } else if (state) {
+    models_.controller_has(state->tool, state->tool_frame);
   }
   RobotCondition now = robot(status);
   if (now == robot_) return;
@@ -341,39 +341,40 @@ void StreamService::look_at_robot(const StreamStatus& status) {
 void StreamService::compare_modes(const StreamStatus& status) {
   const TimePoint now = parts_.clock.now();
   const auto by_rsi = name_of(status.mode, eki::OperatingMode::T1, eki::OperatingMode::Ext);
-  const auto told = devices_.robot_state();
-  const bool differ = !known_silent(status) && by_rsi && told && !told->mode.empty() && told->mode != *by_rsi;
+  const auto state = devices_.robot_state();
+  const bool differ =
+      !known_stale(status) && by_rsi && state && !state->mode.empty() && state->mode != *by_rsi;
   if (!differ) modes_agreed_ = now;
   mode_differs_ = now - modes_agreed_ >= kModesDiffer;
   runner_.faults().stand(
       mode_differs_,
       {FaultCode::Mode,
-       differ ? "RSI says that the operating mode is " + *by_rsi + ", CellState that it is " + told->mode +
+       differ ? "RSI says that the operating mode is " + *by_rsi + ", CellState that it is " + state->mode +
                     ": the context sends something else as Tp.Mode. Load the context of this version, and "
                     "look at it with truepose kuka lint"
               : ""});
 }
 
-/// Of an armed stream nobody is connected to. Its state server may tell the arm's number; where that does not
-/// answer and RSI is closed, the controller that comes next may be another: it is not corrected before it has
-/// told that it is not. Where it never tells, nobody knows, and it is.
-void StreamService::look_whose_arm_it_is(const StreamStatus& status) {
+/// Checks the serial number of an armed stream's arm. The state server may report it. If that server does not
+/// answer and RSI is closed, the next controller may be another one. It is corrected only after it has
+/// reported the expected serial number. A controller that never reports one is corrected.
+void StreamService::check_serial_number(const StreamStatus& status) {
   const bool armed = runner_.in<Armed>() != nullptr;
-  const bool told = armed && devices_.arm_serial();
-  if (const auto lack = models_.lack_to_correct(); armed && told && models_.active() && lack) {
+  const bool serial_known = armed && devices_.arm_serial();
+  if (const auto lack = models_.missing_for_correction(); armed && serial_known && models_.active() && lack) {
     runner_.apply(StreamFaulted{{lack->why, lack->what_to_do}}, "");
     return;
   }
   const bool was_to_wait = waits_for_serial();
-  if (told) verified_ = tells_serial_ = true;
-  if (armed && !told && known_silent(status)) verified_ = false;
+  if (serial_known) verified_ = reports_serial_ = true;
+  if (armed && !serial_known && known_stale(status)) verified_ = false;
   if (waits_for_serial() && !was_to_wait) parts_.stream.disengage();
   if (!waits_for_serial() && was_to_wait && armed) parts_.stream.arm();
-  runner_.faults().stand(waits_for_serial() && !known_silent(status), {FaultCode::Arm, why_unverified()});
+  runner_.faults().stand(waits_for_serial() && !known_stale(status), {FaultCode::Arm, why_unverified()});
 }
 
 bool StreamService::waits_for_serial() const {
-  return runner_.in<Armed>() != nullptr && tells_serial_ && !verified_;
+  return runner_.in<Armed>() != nullptr && reports_serial_ && !verified_;
 }
 
 std::string StreamService::why_unverified() const {
@@ -390,11 +391,11 @@ std::string StreamService::why_unverified() const {
          "version do; load these, or disarm the stream, connect, which compares it, and arm it again";
 }
 
-/// A controller that falls silent while it is corrected, or should be ramped out, is told at once.
+/// Reports at once that a controller stopped sending while it is corrected or ramped out.
 void StreamService::look_for_silence(const StreamStatus& status) {
   const auto lasts = silence(status);
   const bool on = runner_.in<Streaming>() || runner_.in<StreamStopping>();
-  const bool silent = on && known_silent(status);
+  const bool silent = on && known_stale(status);
   const bool goes_on_by_itself =
       parts_.config.stream.rearm == config::Rearm::Automatic && runner_.in<Streaming>();
   if (silent && !goes_on_by_itself) {
@@ -417,7 +418,7 @@ void StreamService::follow(const StreamStatus& status) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "the correction is ramped out");
   } else if (runner_.in<Disarming>()) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "disarmed: nothing is corrected");
-    if (known_silent(status)) {
+    if (known_stale(status)) {
       acknowledge();  // what the last session may have left
       runner_.apply(StreamEnded{}, "disarmed: no program has RSI open");
     }
@@ -436,12 +437,12 @@ FaultText StreamService::why_faulted(const StreamStatus& status) const {
   return {"the correction is out of reach: " + other_frame};
 }
 
-bool StreamService::in_force() const {
+bool StreamService::in_effect() const {
   const StreamState stream = parts_.stream.status().state;
   // A stream that holds for a fault does not ramp: there the controller holds as well.
   const bool holds =
       stream == StreamState::Idle || stream == StreamState::Frozen || stream == StreamState::Fault;
-  return runner_.corrects() && !holds && !(runner_.armed() && known_silent(parts_.stream.status()));
+  return runner_.corrects() && !holds && !(runner_.armed() && known_stale(parts_.stream.status()));
 }
 
 std::string StreamService::no_answer(const StreamStatus& now) const {
@@ -451,7 +452,7 @@ std::string StreamService::no_answer(const StreamStatus& now) const {
 /// Why there is no stream, in the words of the fault that ended it or will end its start.
 std::string StreamService::trouble(const StreamStatus& now) const {
   if (const auto* fault = runner_.in<Faulted>()) return runner_.faulted_in_stream() ? fault->reason : "";
-  if (waits_for_serial() && !known_silent(now)) return why_unverified();
+  if (waits_for_serial() && !known_stale(now)) return why_unverified();
   const auto* starting = runner_.in<StreamStarting>();
   const bool late = starting && starting->program_runs && parts_.clock.now() - starting->since >= kSilence;
   return late ? no_answer(now) : "";

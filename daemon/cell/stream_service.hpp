@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "daemon/cell/controller_signals.hpp"
 #include "daemon/cell/last_minute.hpp"
 #include "daemon/cell/model_service.hpp"
 #include "daemon/cell/stream_report.hpp"
-#include "daemon/cell/told_cell.hpp"
 #include "daemon/realtime/stream_status.hpp"
 
 namespace truepose::daemon {
@@ -27,7 +27,7 @@ class StreamService {
   /// Looks after the stream. Ends when cancelled.
   boost::asio::awaitable<void> watch();
   /// Whether a correction is being ramped out, or would be if it were asked for.
-  bool in_force() const;
+  bool in_effect() const;
   boost::json::object json() const;
 
  private:
@@ -48,9 +48,9 @@ class StreamService {
   void acknowledge();
   void take_events();
   void look();
-  void look_at_robot(const StreamStatus& status);
+  void refresh_robot(const StreamStatus& status);
   void compare_modes(const StreamStatus& status);
-  void look_whose_arm_it_is(const StreamStatus& status);
+  void check_serial_number(const StreamStatus& status);
   bool waits_for_serial() const;
   std::string why_unverified() const;
   void look_for_silence(const StreamStatus& status);
@@ -71,16 +71,16 @@ class StreamService {
   StreamStatus before_request_;            ///< when the stream was asked for last
   StreamStatus before_stream_;             ///< when its program ran
   RefusedPackets refused_;
-  ToldCell told_cell_;
+  ControllerSignals controller_signals_;
   std::optional<std::optional<int>> tool_by_rsi_;  ///< that RSI named last, while it names one
   RobotCondition robot_;                           ///< when the stream was looked at last
   TimePoint modes_agreed_{};                       ///< by RSI and the state server, or one of them says none
   bool mode_differs_ = false;
-  bool clamp_named_ = false;   ///< as the cause why the axes do not follow
-  TimePoint proven_{};         ///< when packets could be answered, or none came
-  bool kept_armed_ = false;    ///< by the store
-  bool verified_ = false;      ///< the arm is the model's, and has not been out of sight since
-  bool tells_serial_ = false;  ///< by the state server, so that a controller that comes back is waited for
+  bool clamp_named_ = false;     ///< as the cause why the axes do not follow
+  TimePoint proven_{};           ///< when packets could be answered, or none came
+  bool kept_armed_ = false;      ///< by the store
+  bool verified_ = false;        ///< the arm is the model's, and has not been out of sight since
+  bool reports_serial_ = false;  ///< by the state server, so that a controller that comes back is waited for
   std::uint32_t acknowledged_ = 0;  ///< by an operator, so many times
 };
 

@@ -127,7 +127,7 @@ MethodReply TargetService::compensate(json::object params) {
   if (!arm) co_return std::unexpected(RpcError{ErrorCode::WrongState, arm.error()});
 
   const bool is_pose = poses.has_value();
-  const Eigen::Isometry3d X_TF = tool ? inverse_of(tool->X_told) : Eigen::Isometry3d::Identity();
+  const Eigen::Isometry3d X_TF = tool ? inverse_of(tool->X_controller) : Eigen::Isometry3d::Identity();
   auto job = [config = parts_.config, is_pose, rows = is_pose ? *poses : *joints, arm = *arm, X_TF] {
     TargetRows targets{config, arm, X_TF};
     std::vector<Solved> solved;

@@ -72,7 +72,7 @@ std::expected<config::ToolFile, std::string> ToolService::measured_by(const Camp
   if (frame->yaml.empty()) return std::unexpected(record::why_not_usable(*frame));
   try {
     config::ToolFile tool = config::parse_tool(frame->yaml, "its tool", parts_.config.robot.model);
-    if (frame->number != tool.number || frame->krl != record::tool_statement(tool.number, tool.X_told))
+    if (frame->number != tool.number || frame->krl != record::tool_statement(tool.number, tool.X_controller))
       return std::unexpected("its document is of another frame than its tool" + remedy);
     if (tool.serial != campaign.robot_serial)
       return std::unexpected("its tool is of arm '" + tool.serial + "', its campaign of arm '" +
@@ -116,10 +116,11 @@ json::object ToolService::json(int number) const {
   const auto found = in_use_.find(number);
   const bool measured = found != in_use_.end();
   const config::ToolFile* const file = of(number);
-  json::object tool{{"number", number},
-                    {"krl", file ? json::value(record::tool_statement(number, file->X_told)) : json::value{}},
-                    {"campaign_id", measured ? json::value(found->second.campaign_id) : json::value{}},
-                    {"measured", measured ? json::value(found->second.measured) : json::value{}}};
+  json::object tool{
+      {"number", number},
+      {"krl", file ? json::value(record::tool_statement(number, file->X_controller)) : json::value{}},
+      {"campaign_id", measured ? json::value(found->second.campaign_id) : json::value{}},
+      {"measured", measured ? json::value(found->second.measured) : json::value{}}};
   if (const std::string why = refusal(number); !why.empty()) tool["refused"] = why;
   return tool;
 }

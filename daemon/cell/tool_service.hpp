@@ -12,7 +12,7 @@
 
 namespace truepose::daemon {
 
-/// The tools that are known by their numbers: those that campaigns measured and somebody took into use, then
+/// The tools that are known by their numbers: those that campaigns measured and a client activated, then
 /// those of the cell file.
 class ToolService {
  public:

@@ -83,7 +83,7 @@ WatchedRobot::Outcome<void> WatchedRobot::stop(TimePoint deadline) {
 void WatchedRobot::disconnect() noexcept {
   robot_.disconnect();
   connected_ = false;
-  told_.reset();
+  last_state_.reset();
   why_not_ = "not connected";
 }
 
@@ -96,10 +96,10 @@ void WatchedRobot::note(const std::expected<T, drivers::RobotError>& outcome) {
 }
 
 void WatchedRobot::keep(const std::expected<drivers::RobotState, drivers::RobotError>& state) {
-  told_.reset();
+  last_state_.reset();
   if (!state) return;
-  told_ = *state;
-  told_at_ = clock_.now();
+  last_state_ = *state;
+  last_state_at_ = clock_.now();
 }
 
 // The tracker.

@@ -70,9 +70,9 @@ class WatchedRobot final : public drivers::Robot {
   const std::string& why_not() const { return why_not_; }
   /// Who was connected last.
   const drivers::RobotIdentity& identity() const { return identity_; }
-  /// What it told of itself at last, unless it has been disconnected since or did not answer.
-  const std::optional<drivers::RobotState>& told() const { return told_; }
-  drivers::TimePoint told_at() const { return told_at_; }
+  /// Its last state, unless it has been disconnected since or did not answer.
+  const std::optional<drivers::RobotState>& last_state() const { return last_state_; }
+  drivers::TimePoint last_state_at() const { return last_state_at_; }
 
  private:
   template <typename T>
@@ -85,8 +85,8 @@ class WatchedRobot final : public drivers::Robot {
   bool connected_ = false;
   std::string why_not_ = "not connected";
   drivers::RobotIdentity identity_;
-  std::optional<drivers::RobotState> told_;
-  drivers::TimePoint told_at_{};
+  std::optional<drivers::RobotState> last_state_;
+  drivers::TimePoint last_state_at_{};
   Signal lost_;
 };
 
@@ -108,7 +108,7 @@ class WatchedTracker final : public drivers::Tracker {
   Outcome<void> check(drivers::TimePoint deadline) override;
   void disconnect() noexcept override;
 
-  /// Somebody else works with it.
+  /// Another program works with it.
   bool busy() const { return calls_.taken(); }
   bool connected() const { return connected_; }
   const std::string& why_not() const { return why_not_; }

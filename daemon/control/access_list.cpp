@@ -31,7 +31,7 @@ std::expected<bool, std::string> AccessList::refresh() {
   if (stamp == stamp_) return false;
   auto entries = read_access_file(file_);
   if (!entries) {
-    // What failed may pass while the file stays: it is read again, and told once.
+    // A failure may pass while the file stays the same: it is read again, and reported once.
     if (std::exchange(complaint_, entries.error()) == entries.error()) return false;
     return std::unexpected(entries.error());
   }

@@ -9,15 +9,15 @@
 
 namespace truepose::daemon {
 
-/// Where the access file of a store is: beside it.
+/// The path of a store's access file, in the store's folder.
 std::filesystem::path access_file_of(const std::filesystem::path& store);
-/// Who is in an access file; nobody where there is none. The error is one sentence.
+/// The entries of an access file; none where there is no file. The error is one sentence.
 std::expected<control::AccessEntries, std::string> read_access_file(const std::filesystem::path& file);
 
-/// Who may open sessions beside those who need no entry: the access file, read again when it has changed.
+/// The users of the access file, which may open sessions. It is read again when it has changed.
 class AccessList {
  public:
-  /// @param file  need not be there: then it lets in nobody
+  /// @param file  need not exist: then it admits no user
   explicit AccessList(std::filesystem::path file) : file_{std::move(file)} {}
 
   /// Looks at the file, and reads it where it is another than when it was read last.

@@ -44,8 +44,8 @@ std::string Admission::proof(const control::SessionTerms& terms) const {
 
 boost::asio::awaitable<Admission::Known> Admission::judge(std::string peer, Known attempt, bool unsuspected) {
   const drivers::TimePoint now = parts_.clock.now();
-  const bool suspected = guesses_.of(peer, now) >= limits_.hello_failures;
-  if (!attempt && !suspected) guesses_.count(peer, now);
+  const bool suspected = failed_logins_.of(peer, now) >= limits_.hello_failures;
+  if (!attempt && !suspected) failed_logins_.count(peer, now);
   if (suspected && !(unsuspected && attempt)) {
     const drivers::TimePoint then = now + limits_.hello_delay;
     co_await parts_.clock.sleep_until(then);

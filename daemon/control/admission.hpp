@@ -7,7 +7,7 @@
 #include "daemon/control/access_list.hpp"
 #include "daemon/control/caller.hpp"
 #include "daemon/control/control_server.hpp"
-#include "daemon/control/wrong_guesses.hpp"
+#include "daemon/control/failed_logins.hpp"
 #include "proto/control/certificate.hpp"
 #include "proto/control/session_proof.hpp"
 
@@ -25,7 +25,7 @@ class Admission {
         limits_{limits},
         token_{std::move(token)},
         access_{std::move(access)},
-        guesses_{limits.hello_window} {}
+        failed_logins_{limits.hello_window} {}
 
   Known by_token(const std::string& token) const;
   /// @param terms  without the server's nonce where no challenge was asked for
@@ -49,7 +49,7 @@ class Admission {
   ControlLimits limits_;
   std::string token_;
   AccessList access_;
-  WrongGuesses guesses_;
+  FailedLogins failed_logins_;
 };
 
 }  // namespace truepose::daemon

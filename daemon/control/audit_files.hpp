@@ -13,10 +13,9 @@
 
 namespace truepose::daemon {
 
-/// Where the audit trail of a store is: next to it. It is written to one file, and where that is long goes on
-/// in a new one: the old one then has the numbers of its records behind its name, ".1-40000". Its end is in a
-/// file of its own,
-/// ".head".
+/// Where the audit trail of a store is: next to it. It is written to one file, and where that is long
+/// continues in a new one: the old one then has the numbers of its records behind its name, ".1-40000". Its
+/// end is in a file of its own, ".head".
 std::filesystem::path audit_file_of(const std::filesystem::path& store);
 std::filesystem::path audit_head_of(std::filesystem::path trail);
 /// The name of a file that is full.

@@ -119,7 +119,7 @@ std::expected<AuditTrail, std::string> AuditTrail::open(const fs::path& file, co
   auto followed = follow_last_audit_file(file, known);
   if (!followed && !followed.error().was_changed) return bad(followed.error().why);
   if (!followed) {
-    // Numbers go on behind every record that anybody knows of.
+    // Numbers continue after the last known record.
     std::vector<AuditHead> ends{known.begin(), known.end()};
     if (const auto kept = kept_audit_head(file); kept && *kept) ends.push_back(**kept);
     if (const auto files = full_audit_files(file); files && !files->empty())
@@ -153,7 +153,7 @@ AuditTrail::AuditTrail(AuditTrail&& other) noexcept
       head_{std::exchange(other.head_, -1)},
       end_{std::move(other.end_)},
       fault_{std::move(other.fault_)},
-      owed_{std::move(other.owed_)},
+      pending_{std::move(other.pending_)},
       read_{std::exchange(other.read_, std::nullopt)} {}
 
 AuditTrail::~AuditTrail() {
@@ -209,23 +209,23 @@ std::expected<std::uint64_t, std::string> AuditTrail::append(json::object record
 }
 
 AuditTrail::Taken AuditTrail::take(json::object record) {
-  constexpr std::size_t kMostOwed = 200;
+  constexpr std::size_t kMaxPending = 200;
   const auto written = append(record);
   if (written) return {*written, {}};
-  if (owed_.size() < kMostOwed) {
+  if (pending_.size() < kMaxPending) {
     record["owed"] = true;
-    owed_.push_back(std::move(record));
+    pending_.push_back(std::move(record));
   } else {
-    const json::value* const missed = owed_.back().if_contains("missed");
+    const json::value* const missed = pending_.back().if_contains("missed");
     // The last one is missed too.
-    owed_.back() = {{"time", record["time"]}, {"missed", missed ? missed->as_int64() + 1 : 2}};
+    pending_.back() = {{"time", record["time"]}, {"missed", missed ? missed->as_int64() + 1 : 2}};
   }
-  return {end_.count + owed_.size(), written.error()};
+  return {end_.count + pending_.size(), written.error()};
 }
 
 std::expected<void, std::string> AuditTrail::pay() {
-  for (; !owed_.empty(); owed_.pop_front()) {
-    const auto written = write(owed_.front());
+  for (; !pending_.empty(); pending_.pop_front()) {
+    const auto written = write(pending_.front());
     if (!written) return std::unexpected(written.error());
   }
   return {};

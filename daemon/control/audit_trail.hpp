@@ -43,7 +43,7 @@ class AuditTrail {
   /// before anything that follows ("owed"). Of so many that there is no room the last one counts the others.
   struct Taken {
     std::uint64_t number = 0;
-    std::string why_owed;  ///< empty: it is on the disk
+    std::string why_pending;  ///< empty: it is on the disk
   };
   Taken take(boost::json::object record);
   /// Writes what is owed. @return why it still cannot be
@@ -90,7 +90,7 @@ class AuditTrail {
   int head_ = -1;
   control::AuditHead end_;
   std::string fault_;
-  std::deque<boost::json::object> owed_;
+  std::deque<boost::json::object> pending_;
   std::optional<Part> read_;  ///< the full one that was read last
 };
 

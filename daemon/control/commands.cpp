@@ -50,15 +50,15 @@ bool changes_store(std::string_view method) {
 constexpr std::size_t kMostBytesOnRecord = 4096;
 
 /// What a record tells of parameters: themselves, or of many their digest.
-json::value told_on_record(const json::object& params) {
+json::value audited_params(const json::object& params) {
   const std::string text = control::json_text(params);
   if (text.size() <= kMostBytesOnRecord) return params;
   return {{"bytes", text.size()}, {"sha256", text::sha256_hex(text)}};
 }
 
 /// By what a command is known again.
-std::string command_text(std::string_view method, const json::value& told) {
-  return std::string{method} + control::json_text(told);
+std::string command_text(std::string_view method, const json::value& params) {
+  return std::string{method} + control::json_text(params);
 }
 
 /// The answer to a numbered command of before a restart that comes again; none where it was refused, so that
@@ -143,8 +143,8 @@ asio::awaitable<std::expected<std::uint64_t, std::string>> Commands::write_down(
   if (!must_be) {
     auto job = [this, record = std::move(record)]() mutable { return audit_->take(std::move(record)); };
     const AuditTrail::Taken taken = co_await parts_.worker.ask(std::move(job));
-    owes_ = !taken.why_owed.empty();
-    if (owes_) cannot_write(taken.why_owed);
+    has_pending_ = !taken.why_pending.empty();
+    if (has_pending_) cannot_write(taken.why_pending);
     co_return taken.number;
   }
   auto job = [this, record = std::move(record)]() mutable { return audit_->append(std::move(record)); };
@@ -193,7 +193,7 @@ asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string
     co_return std::move(outcome.result);
   }
   const drivers::TimePoint now = parts_.clock.now();
-  std::string text = command_text(request.method, told_on_record(request.params));
+  std::string text = command_text(request.method, audited_params(request.params));
   if (const auto known = memory_.find(caller.name, **id, now)) {
     if (known->text != text)
       co_return std::unexpected(RpcError{
@@ -226,7 +226,7 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
                        {"role", text_value(control::name(caller.role))},
                        {"from", from},
                        {"method", request.method},
-                       {"params", told_on_record(request.params)}};
+                       {"params", audited_params(request.params)}};
   if (!id.empty()) command["command_id"] = id;
   if (of_audit) {
     Outcome acknowledged = co_await acknowledge_audit(std::move(command), request);
@@ -373,10 +373,10 @@ asio::awaitable<Commands::Result> Commands::records(json::object params) {
 
 asio::awaitable<void> Commands::look() {
   if (audit_) {
-    auto job = [this, owes = owes_] { return owes ? audit_->pay() : audit_->in_place(); };
+    auto job = [this, owes = has_pending_] { return owes ? audit_->pay() : audit_->in_place(); };
     const auto there = co_await parts_.worker.ask(job);
-    if (!there && !owes_) cannot_write(there.error());
-    owes_ = owes_ && !there;
+    if (!there && !has_pending_) cannot_write(there.error());
+    has_pending_ = has_pending_ && !there;
   }
   const std::string daemon = control::kDaemonName;
   const auto lost = lease_.lost(parts_.clock.now(), presence_.is_known);

@@ -55,7 +55,7 @@ class Commands {
   boost::asio::awaitable<void> bear_witness();
   /// A session was opened or has ended.
   void see_connections() { lease_.see_connections(parts_.clock.now(), presence_.is_connected); }
-  /// When there is something to see, should nobody renew his control.
+  /// When the control lease expires if it is not renewed.
   std::optional<drivers::TimePoint> control_ends() const { return lease_.end(); }
 
  private:
@@ -88,7 +88,7 @@ class Commands {
   boost::asio::any_io_executor executor_;
   std::optional<AuditTrail> audit_;
   Presence presence_;
-  bool owes_ = false;      ///< records to the audit trail
+  bool has_pending_ = false;  ///< records to the audit trail
   std::string complaint_;  ///< why the trail could not be written when that was last said; empty: it can be
   ControlLease lease_;
   CommandMemory memory_;

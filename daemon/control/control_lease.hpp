@@ -12,10 +12,10 @@
 
 namespace truepose::daemon {
 
-/// Who is in command. While somebody holds control, nobody else's commands are carried out, but for those
+/// Who is in command. While one user holds control, no other user's commands are carried out, except those
 /// that take motion, a correction or control away. It ends where it is not renewed in time, is given back, or
 /// taken over by a higher role, where its holder is let in no more, and a while after his last connection. A
-/// caller is known by its name: a panel that comes back goes on. Pure: time is given.
+/// caller is known by its name: a panel that comes back continues. Pure: time is given.
 class ControlLease {
  public:
   static constexpr std::chrono::seconds kShortest{5}, kLongest{60}, kUsual{30};
@@ -35,7 +35,7 @@ class ControlLease {
   };
   using Taken = std::expected<Holder, control::RpcError>;
 
-  /// None where nobody has it, or the time is over.
+  /// None if no user has it, or the time is over.
   std::optional<Holder> holder(drivers::TimePoint now) const;
   /// Takes it where it is free, renews it where it is the caller's own.
   Taken acquire(const Caller& caller, std::chrono::seconds time, drivers::TimePoint now);

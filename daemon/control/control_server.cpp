@@ -44,14 +44,14 @@ struct ControlServer::Impl {
 
   void admit(std::unique_ptr<Connection> connection, Peer peer);
   bool make_room(const Peer& peer);
-  /// What may change while nobody asks. Ends when cancelled.
+  /// Polls what may change without a request. Ends when cancelled.
   asio::awaitable<void> look_after();
   void look_at_certificate();
 };
 
 namespace {
 
-/// The socket of the daemon before us is in the way: whoever calls this has the folder to himself.
+/// Replaces the socket of the previous daemon: the caller has exclusive use of the folder.
 std::expected<local::acceptor, StartFailure> listen(asio::any_io_executor executor,
                                                     const std::filesystem::path& path) {
   const auto failed = [&](const std::string& why) {
@@ -64,7 +64,7 @@ std::expected<local::acceptor, StartFailure> listen(asio::any_io_executor execut
   local::acceptor acceptor{executor};
   acceptor.open({}, error);
   if (!error) acceptor.bind(path.string(), error);
-  // Nobody can connect before it listens, so nobody comes in before its mode is set.
+  // No client can connect before it listens, which is after its mode is set.
   if (!error && ::chmod(path.c_str(), 0660) != 0) error = {errno, boost::system::system_category()};
   if (!error) acceptor.listen(local::acceptor::max_listen_connections, error);
   if (error) return failed(error.message());
@@ -73,7 +73,7 @@ std::expected<local::acceptor, StartFailure> listen(asio::any_io_executor execut
 
 Peer peer_of(tcp::socket& socket) { return Peer::of(socket); }
 
-/// Whoever could connect is root, our own user or of our group: the socket's mode lets in nobody else.
+/// A client that could connect is root, our own user or of our group: the socket's mode excludes all others.
 Peer peer_of(local::socket& socket) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
@@ -107,8 +107,8 @@ bool ControlServer::Impl::make_room(const Peer& peer) {
 
 void ControlServer::Impl::admit(std::unique_ptr<Connection> connection, Peer peer) {
   const ControlLimits& limits = context->limits;
-  // Those that are being told why they are closed stay for a moment; even of these there is an end, for each
-  // peer before it is one for all.
+  // Sessions that are being closed stay for a moment, to send the reason. Their number is limited, first for
+  // each peer, then for all.
   const auto unopened = std::ranges::count_if(context->sessions, [&](const Session* session) {
     return session->peer() == peer.name && session->stage() != Session::Stage::Open;
   });

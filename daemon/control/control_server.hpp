@@ -43,7 +43,7 @@ class CellService {
   /// system.info, events.subscribe, events.unsubscribe and rpc.discover are the server's own.
   virtual std::vector<std::string> methods() const = 0;
 
-  /// What the cell does, or for what it waits: one sentence, told while a call takes long.
+  /// What the cell does, or waits for: one sentence, sent while a call takes long.
   virtual std::string doing() const { return {}; }
 
   /// A command cannot be put on record. One that takes motion, a correction or control away is carried out
@@ -60,8 +60,8 @@ class CellService {
   virtual boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> call(
       std::string method, boost::json::object params, std::string by) = 0;
 
-  /// Pauses what must not go on without anybody in command; refused where there is nothing of that kind.
-  /// @param why  one sentence, for whoever finds it paused
+  /// Pauses what must not continue without a user in control; refused where there is nothing of that kind.
+  /// @param why  one sentence, for the operator that finds it paused
   virtual boost::asio::awaitable<std::expected<boost::json::value, control::RpcError>> pause(
       std::string why, std::string by) = 0;
 };
@@ -143,7 +143,7 @@ class ControlServer {
   std::vector<std::string> methods() const;
   /// Where the audit trail ends; none: none is kept. Once the worker has ended.
   std::optional<control::AuditHead> audit_end() const;
-  /// What the server has to do, for whoever watches it.
+  /// The server's load, for monitoring.
   ControlLoad load() const;
 
   // For those that let clients in by other ports.

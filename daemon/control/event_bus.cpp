@@ -126,8 +126,8 @@ void EventBus::Subscription::lose_oldest(control::Topic topic, const Line& line)
   if (!topics_.contains(topic)) return;
   if (newest_wins(topic)) {
     ++dropped_[topic];
-  } else if (owed_.size() < kMostOwed) {
-    owed_.push_back(line);
+  } else if (pending_.size() < kMaxPending) {
+    pending_.push_back(line);
   } else {
     fell_behind_ = true;
   }
@@ -145,7 +145,7 @@ std::optional<EventBus::Subscription::Missed> EventBus::Subscription::missed_loc
   return Missed{topics_, next_, end};
 }
 
-void EventBus::Subscription::go_on_from(std::uint64_t next) {
+void EventBus::Subscription::resume_from(std::uint64_t next) {
   const std::lock_guard lock{bus_.mutex_};
   next_ = std::max(next_, next);
 }
@@ -169,8 +169,8 @@ EventBus::Taken EventBus::Subscription::take(std::size_t count) {
     catches_up_ = next_ < bus_.oldest();
     if (catches_up_) return taken;
   }
-  for (; !owed_.empty() && taken.lines.size() < count; owed_.pop_front())
-    taken.lines.push_back(std::move(owed_.front()));
+  for (; !pending_.empty() && taken.lines.size() < count; pending_.pop_front())
+    taken.lines.push_back(std::move(pending_.front()));
   for (next_ = std::max(next_, bus_.oldest()); next_ < bus_.next_ && taken.lines.size() < count; ++next_) {
     const Kept& event = bus_.kept_[next_ - bus_.oldest()];
     if (!topics_.contains(event.topic)) continue;

@@ -24,16 +24,15 @@ struct EventNumbers {
   std::uint64_t first = 1;  ///< of the range
   std::uint64_t end = 1;    ///< one past its last
   /// Called when the range runs low, from the publishing thread: must not block (post to the store's thread),
-  /// and leads to EventBus::extend(). Without an answer (disk full) the bus goes on counting: a number that
-  /// might repeat after a restart is a lesser evil than a fault that nobody hears of.
+  /// and leads to EventBus::extend(). Without an answer (disk full) the bus continues counting: a number that
+  /// might repeat after a restart is a lesser evil than a fault that is never reported.
   std::function<void()> request_more;
 };
 
 /// Whether an event is kept beyond a restart.
 enum class Keep {
   Lasting,
-  Passing,  ///< what the next of its kind makes worthless: counters told once a second, information in the
-            ///< log
+  Passing,  ///< superseded by the next of its kind: counters sent once a second, information in the log
 };
 
 /// Numbers, stamps and keeps the last events, and hands them to subscribers. Every call is thread-safe, and
@@ -68,7 +67,7 @@ class EventBus {
   /// Live events that a slow reader may be behind before it is given the newest alone.
   static constexpr std::size_t kBacklog = 256;
   /// Events that must not be dropped, kept for one slow reader beyond those that are kept for all.
-  static constexpr std::size_t kMostOwed = 1024;
+  static constexpr std::size_t kMaxPending = 1024;
 
   /// What a reader gets.
   struct Taken {
@@ -76,10 +75,10 @@ class EventBus {
     control::Dropped dropped;  ///< that it did not get, lately; none without a line
   };
 
-  /// A reader's place in the stream of events. To one that reads too slowly, what tells how things go on
-  /// (stream, campaign, measurement, log) is dropped but for the newest; what somebody may have to act on is
-  /// not: once too much of that is owed, the reader has fallen behind and must go. One that still reads what
-  /// it missed from the archive loses nothing.
+  /// A reader's place in the stream of events. To one that reads too slowly, what tells how things continue
+  /// (stream, campaign, measurement, log) is dropped but for the newest; an event that a user may have to act
+  /// on is not: once too much of that is owed, the reader has fallen behind and must go. One that still reads
+  /// what it missed from the archive loses nothing.
   class Subscription {
    public:
     /// What is to be read from the archive before there is anything to take.
@@ -94,7 +93,7 @@ class EventBus {
 
     std::optional<Missed> missed() const;
     /// It was read up to there.
-    void go_on_from(std::uint64_t next);
+    void resume_from(std::uint64_t next);
     /// The next lines, at most `count`; none if there is nothing new, or something was missed.
     Taken take(std::size_t count);
     bool fell_behind() const;
@@ -113,7 +112,7 @@ class EventBus {
     std::uint64_t next_;       ///< number of the first event not taken
     std::uint64_t live_from_;  ///< what is older was there when it began, and is not dropped for slowness
     std::function<void()> wake_;
-    std::deque<Line> owed_;  ///< older than all that is kept
+    std::deque<Line> pending_;  ///< older than all that is kept
     control::Dropped dropped_;
     bool catches_up_;  ///< it has not yet come to what is kept here
     bool fell_behind_ = false;

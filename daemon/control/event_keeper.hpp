@@ -29,7 +29,7 @@ class EventKeeper {
   /// All of it outlives the keeper.
   explicit EventKeeper(Parts parts) : parts_{std::move(parts)} {}
 
-  /// Writes once a second what has come, and goes on where that fails. Ends when cancelled.
+  /// Writes once a second what has come, and continues where that fails. Ends when cancelled.
   boost::asio::awaitable<void> run();
 
  private:

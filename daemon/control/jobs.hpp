@@ -19,14 +19,14 @@
 
 namespace truepose::daemon {
 
-/// Calls that go on by themselves: who asked is answered at once, is told how they go on, and may ask for the
-/// result after it has lost its connection. Those that ended are kept for ten minutes. Runs on one thread.
+/// Calls that run in the background. The client is answered at once, gets progress notifications, and may ask
+/// for the result after it has reconnected. Those that ended are kept for ten minutes. Runs on one thread.
 class Jobs {
  public:
   static constexpr std::chrono::minutes kKept{10};
   static constexpr std::size_t kMost = 100;  ///< kept; beyond, the one that ended first is forgotten
   static constexpr std::size_t kMostRunning = 16;
-  static constexpr std::chrono::seconds kLook{1};  ///< from one look at how a job goes on to the next
+  static constexpr std::chrono::seconds kLook{1};  ///< from one look at how a job continues to the next
 
   using Result = std::expected<boost::json::value, control::RpcError>;
   using Call = std::function<boost::asio::awaitable<Result>()>;

@@ -19,7 +19,7 @@ bool too_open(const struct stat& file) {
 }
 
 /// What makes a file ours to read, and nobody else's: one that is another's has to be given to our group.
-std::string mending(const struct stat& found, const std::string& file) {
+std::string fix_command(const struct stat& found, const std::string& file) {
   if (found.st_uid == ::geteuid()) return "; run: chmod 600 " + file;
   const struct group* const ours = ::getgrgid(::getegid());
   return "; run: chgrp " + (ours ? std::string{ours->gr_name} : std::to_string(::getegid())) + " " + file +
@@ -33,7 +33,8 @@ std::expected<std::string, std::string> read_private_file(const std::filesystem:
   struct stat found {};
   if (::stat(file.c_str(), &found) != 0) return std::unexpected(std::strerror(errno));
   if (!S_ISREG(found.st_mode)) return std::unexpected("is not a file");
-  if (too_open(found)) return std::unexpected("others may read or write it" + mending(found, file.string()));
+  if (too_open(found))
+    return std::unexpected("others may read or write it" + fix_command(found, file.string()));
   errno = 0;
   std::ifstream stream{file, std::ios::binary};
   std::string text(most, '\0');
@@ -41,7 +42,8 @@ std::expected<std::string, std::string> read_private_file(const std::filesystem:
   if (stream.bad() || !stream.is_open()) {
     const int code = errno;
     const std::string why = code == 0 ? "" : std::string{": "} + std::strerror(code);
-    return std::unexpected("cannot be read" + why + (code == EACCES ? mending(found, file.string()) : ""));
+    return std::unexpected("cannot be read" + why +
+                           (code == EACCES ? fix_command(found, file.string()) : ""));
   }
   text.resize(static_cast<std::size_t>(stream.gcount()));
   return text;

@@ -11,7 +11,7 @@ namespace truepose::daemon {
 /// we and our own primary group may read it (0600, or 0640 as root gives it to the service's group).
 ///
 /// @param most  bytes that are read
-/// @return its text; else one phrase, with the command that mends it where there is one
+/// @return its text; else one phrase, with the command that fixes it where there is one
 std::expected<std::string, std::string> read_private_file(const std::filesystem::path& file,
                                                           std::size_t most);
 

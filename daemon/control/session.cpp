@@ -249,14 +249,14 @@ asio::awaitable<std::string> Session::read_missed() {
       return archive->events(missed->topics, missed->first, missed->end);
     };
     auto page = co_await context_->parts.worker.ask(job);
-    // By then it may be another's, or nobody's.
+    // By then another user may have it, or none.
     if (!subscription_ || subscription != subscriptions_) break;
     if (!page) {
       context_->parts.warn("control: " + page.error().detail);
       dismiss({ErrorCode::Internal, "closed: what was missed cannot be read: " + page.error().detail});
       break;
     }
-    subscription_->go_on_from(page->next);
+    subscription_->resume_from(page->next);
     for (const KeptEvent& event : page->events)
       batch += control::encode_event_text(event.seq, event.time, event.topic, event.data);
   }

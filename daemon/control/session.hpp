@@ -58,7 +58,7 @@ class Session : public std::enable_shared_from_this<Session> {
   /// How far it has come.
   enum class Stage {
     Silent,  ///< nothing was asked yet
-    Wrong,   ///< it has shown that it does not know the token, and waits to be told so
+    Wrong,   ///< it has shown that it does not know the token, and waits for the refusal
     Right,   ///< it has shown that it knows the token, or needs none
     Open,
     Closing,
@@ -110,7 +110,7 @@ class Session : public std::enable_shared_from_this<Session> {
   bool authenticated() const { return stage_ == Stage::Open; }
   Result system_info(const boost::json::object& params) const;
   Result ping(const boost::json::object& params) const;
-  /// Answers with the number under which the call goes on.
+  /// Answers with the number under which the call continues.
   Result begin_job(control::Request request);
   Result job(const boost::json::object& params) const;
   boost::asio::awaitable<Result> subscribe(boost::json::object params);

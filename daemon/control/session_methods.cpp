@@ -208,7 +208,7 @@ asio::awaitable<Session::Result> Session::hello(json::object params) {
   if (auto error = read.finish()) co_return std::unexpected(*error);
   terms_.client_nonce = nonce.value_or("");
 
-  // Looked at before the delay, so that whoever knows the token is not driven out by the many that do not.
+  // Checked before the delay: clients without the token must not keep out a client with it.
   context_->refresh_access();
   auto attempt = caller_of(token, proof);
   stage_ = attempt ? Stage::Right : Stage::Wrong;

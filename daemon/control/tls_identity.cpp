@@ -62,7 +62,7 @@ std::expected<bool, std::string> TlsIdentity::refresh() {
   try {
     std::tie(context_, certificate_) = read(files_);
   } catch (const config::ConfigError& error) {
-    // What failed may pass while the files stay: they are read again, and it is told once.
+    // A failure may pass while the files stay the same: they are read again, and it is reported once.
     if (std::exchange(complaint_, error.what()) == error.what()) return false;
     return std::unexpected("control.tls: " + std::string{error.what()} +
                            "; `truepose tls init` makes both files");

@@ -13,7 +13,7 @@ namespace truepose::daemon {
 /// its gear. Once shown a direction lasts until the axis has gone back by more than kShown_rad.
 class ApproachWatch {
  public:
-  /// Above the last decimal of a command and what an axis at rest is told; far below any motion.
+  /// Above the last decimal of a command and the corrections of an axis at rest; far below any motion.
   static constexpr double kShown_rad = 0.01 * kRadPerDeg;
 
   /// Nothing is known of any axis.

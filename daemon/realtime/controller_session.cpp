@@ -12,9 +12,9 @@ constexpr std::uint64_t kWrap32 = std::uint64_t{1} << 32;
 
 using Place = IpocSequence::Place;
 
-// Leaving RSI and starting it anew takes the controller's interpreter longer than this.
+// Leaving and restarting RSI takes the controller's interpreter longer than this.
 constexpr std::chrono::milliseconds kShortestRestart{40};
-// Later than its IPOC says, a datagram may be of a count that began anew and came to the same numbers.
+// A datagram later than its IPOC says may belong to a restarted count that reached the same numbers.
 constexpr std::chrono::milliseconds kLateForItsIpoc{100};
 
 // One frame may be damaged.
@@ -115,71 +115,71 @@ ControllerSession::ControllerSession(const SessionOptions& options, StreamMemory
   pin_.pin(source, received_before_);
   sequence_.start(kept->ipoc, kept->step);
   receipts_.resume(kept->delay < 0 ? std::nullopt : std::optional{kept->delay});
-  in_force_.resume({vector_of(kept->min_rad), vector_of(kept->max_rad)}, vector_of(kept->sent_rad));
+  in_effect_.resume({vector_of(kept->min_rad), vector_of(kept->max_rad)}, vector_of(kept->sent_rad));
   corrected_ = true;
 }
 
-ControllerSession::Hearing ControllerSession::hear(const rsi::RobotFrame& frame,
-                                                   const drivers::UdpSource& source,
-                                                   drivers::TimePoint received) noexcept {
+ControllerSession::FrameVerdict ControllerSession::judge(const rsi::RobotFrame& frame,
+                                                         const drivers::UdpSource& source,
+                                                         drivers::TimePoint received) noexcept {
   received_ = received;
   const bool other = pin_.pin(source, received);
   if (other) waiting_.restart();
   waiting_.take(frame.ipoc, received);
-  Hearing hearing;
+  FrameVerdict verdict;
   if (other || !sequence_.begun()) {
     begin(frame);
-    hearing.began = true;
-    settle(frame, 0, hearing);
-    return hearing;
+    verdict.began = true;
+    settle(frame, 0, verdict);
+    return verdict;
   }
 
   const IpocSequence::Position position = sequence_.place(frame.ipoc);
   const bool borne_out = (position.place == Place::Jump || position.place == Place::Stale) &&
                          (sequence_.bears_out(frame.ipoc) || waiting_.waits());
   if (position.place == Place::Duplicate) {
-    hear_again(frame, hearing);
+    judge_again(frame, verdict);
   } else if (position.place == Place::Next ||
              (borne_out && position.forward > 0 && position.place == Place::Jump && !waiting_.waits())) {
-    go_on(frame, position, hearing);
+    continue_session(frame, position, verdict);
   } else if (borne_out) {
     begin(frame);
-    hearing.began = true;
-    settle(frame, 0, hearing);
+    verdict.began = true;
+    settle(frame, 0, verdict);
   } else {
-    hearing.turn = Turn::WrongIpoc;
+    verdict.turn = Turn::WrongIpoc;
   }
-  return hearing;
+  return verdict;
 }
 
-/// The last frame once more. What a waiting peer has in force is what it had when it began to wait.
-void ControllerSession::hear_again(const rsi::RobotFrame& frame, Hearing& hearing) noexcept {
+/// The last frame once more. What a waiting peer has in effect is what it had when it began to wait.
+void ControllerSession::judge_again(const rsi::RobotFrame& frame, FrameVerdict& verdict) noexcept {
   const bool waits = waiting_.waits();
-  if (in_force_.doubtful() && waits && in_next_cycle_) {
+  if (in_effect_.doubtful() && waits && in_next_cycle_) {
     // One that was started again meanwhile would stand where its count of replies begins.
-    in_force_.trust();
-    hearing.settled = true;
+    in_effect_.trust();
+    verdict.settled = true;
   }
   if (known() && (replied_ || !waits)) {
-    hearing.turn = Turn::Repeat;
+    verdict.turn = Turn::Repeat;
   } else if (known()) {
-    hearing.turn = Turn::Answer;
-    hearing.missed = true;
-  } else if (waits && nothing_in_force(frame)) {
+    verdict.turn = Turn::Answer;
+    verdict.missed = true;
+  } else if (waits && no_correction_in_effect(frame)) {
     offered_ = true;
     receipts_.restart();
     receipts_.read(frame.delay, 0);
-    hearing.turn = Turn::Offer;
+    verdict.turn = Turn::Offer;
   }
   // It counts no time while it waits.
-  if (waits && hearing.turn != Turn::Unproven) received_before_ = received_;
+  if (waits && verdict.turn != Turn::Unproven) received_before_ = received_;
 }
 
-/// Whether a peer that waits can have no correction in force. Where none was ever sent, by whichever process,
-/// axes that stand where they are commanded prove it. Else they do not: within a dead time they have not yet
-/// gone where a correction leads them, and a peer that waits is within it for as long as nobody answers. But
-/// a count of replies that is still 0 does.
-bool ControllerSession::nothing_in_force(const rsi::RobotFrame& frame) const noexcept {
+/// Whether a peer that waits can have no correction in effect. Where none was ever sent, by whichever
+/// process, axes that stand where they are commanded prove it. Else they do not: within a dead time they have
+/// not yet gone where a correction leads them, and a peer that waits is within it as long as it gets no
+/// answer. But a count of replies that is still 0 does.
+bool ControllerSession::no_correction_in_effect(const rsi::RobotFrame& frame) const noexcept {
   if (!frame.delay) return false;  // it could not show that the offer was taken
   if (from_zero_) return true;
   if (corrected_ || !frame.aspos_rad || !frame.aipos_rad) return false;
@@ -193,33 +193,33 @@ void ControllerSession::begin(const rsi::RobotFrame& frame) noexcept {
   offered_ = in_next_cycle_ = replied_ = false;
   receipts_.restart();
   receipts_.read(frame.delay, 0);
-  in_force_.forget();
+  in_effect_.forget();
   evidence_.restart();
   fewer_counted_ = 0;
   received_before_ = received_;
 }
 
-void ControllerSession::go_on(const rsi::RobotFrame& frame, const IpocSequence::Position& position,
-                              Hearing& hearing) noexcept {
+void ControllerSession::continue_session(const rsi::RobotFrame& frame, const IpocSequence::Position& position,
+                                         FrameVerdict& verdict) noexcept {
   const ReplyReceipts::Verdict receipt = receipts_.read(frame.delay, position.elapsed);
-  if (receipt.taken) in_force_.taken();
-  hearing.elapsed = position.elapsed;
-  hearing.missed = receipt.missed;
-  hearing.taken = receipt.taken;
-  hearing.late = receipt.late;
+  if (receipt.taken) in_effect_.taken();
+  verdict.elapsed = position.elapsed;
+  verdict.missed = receipt.missed;
+  verdict.taken = receipt.taken;
+  verdict.late = receipt.late;
 
-  // Where IPOC and time agree, the count of cycles without a reply tells a session that went on from one that
-  // began meanwhile: that one has counted fewer.
+  // Where IPOC and time agree, the count of cycles without a reply tells a session that continued from one
+  // that began meanwhile: that one has counted fewer.
   const auto silence = received_ - received_before_;
   const auto cycles = static_cast<std::int64_t>(position.elapsed);
   // A count that has jumped says nothing of datagrams that were sent.
   const auto passed = static_cast<std::uint64_t>(std::max<std::int64_t>(0, silence / options_.cycle));
-  hearing.lost = std::min(position.elapsed - 1, passed + static_cast<std::uint64_t>(options_.gap_cycles));
+  verdict.lost = std::min(position.elapsed - 1, passed + static_cast<std::uint64_t>(options_.gap_cycles));
   const bool longer_than_counted = silence >= cycles * options_.cycle + kLateForItsIpoc;
   const bool long_silence = position.elapsed >= restart_cycles_;
   if (longer_than_counted || (long_silence && !receipt.alive)) {
     in_next_cycle_ = known() && position.forward == sequence_.step();
-    in_force_.doubt();
+    in_effect_.doubt();
     evidence_.restart();
     fewer_counted_ = 0;
   } else {
@@ -229,49 +229,49 @@ void ControllerSession::go_on(const rsi::RobotFrame& frame, const IpocSequence::
   const bool next =
       position.forward == 1 || position.forward == static_cast<std::uint64_t>(options_.cycle.count());
   if (std::exchange(offered_, false) && next && receipt.taken) {
-    in_force_.set(CorrectionRange::of(JointVector::Zero(6)));
-    hearing.settled = true;
+    in_effect_.set(CorrectionRange::of(JointVector::Zero(6)));
+    verdict.settled = true;
   }
   from_zero_ = replied_ = false;
   sequence_.advance(frame.ipoc, position);
   received_before_ = received_;
-  settle(frame, position.forward, hearing);
+  settle(frame, position.forward, verdict);
 }
 
 void ControllerSession::settle(const rsi::RobotFrame& frame, std::uint64_t forward,
-                               Hearing& hearing) noexcept {
-  hearing.turn = Turn::Answer;
+                               FrameVerdict& verdict) noexcept {
+  verdict.turn = Turn::Answer;
   if (known()) return;
   if (frame.aspos_rad && frame.aipos_rad) {
-    // Sooner, the axes may still show what was in force at some time before our last reply.
+    // Sooner, the axes may still show what was in effect at some time before our last reply.
     if (received_ - silent_since_ >= options_.greatest_dead_time)
       evidence_.take(vector_of(*frame.aspos_rad), vector_of(*frame.aipos_rad), forward);
-    hearing.settled = in_force_.settle(evidence_, options_.step_rad);
+    verdict.settled = in_effect_.settle(evidence_, options_.step_rad);
   } else {
     fewer_counted_ = began_in_our_silence(frame) ? fewer_counted_ + 1 : 0;
     if (fewer_counted_ >= kFramesThatProve) {
-      in_force_.set(CorrectionRange::of(JointVector::Zero(6)));
-      hearing.settled = true;
+      in_effect_.set(CorrectionRange::of(JointVector::Zero(6)));
+      verdict.settled = true;
     }
   }
-  if (!known()) hearing.turn = Turn::Unproven;
+  if (!known()) verdict.turn = Turn::Unproven;
 }
 
 /// Where the commanded axes are not sent nothing can be compared. But a controller that has counted fewer
-/// cycles without a reply than passed since we sent the last began after it, and had nothing in force then.
+/// cycles without a reply than passed since we sent the last began after it, and had nothing in effect then.
 bool ControllerSession::began_in_our_silence(const rsi::RobotFrame& frame) const noexcept {
   if (!frame.delay || *frame.delay < 0) return false;
   const auto counted = *frame.delay * options_.cycle + kShortestRestart;
   return received_ - silent_since_ >= counted;
 }
 
-bool ControllerSession::hear_malformed(std::uint64_t ipoc, const drivers::UdpSource& source,
-                                       drivers::TimePoint received) noexcept {
+bool ControllerSession::judge_malformed(std::uint64_t ipoc, const drivers::UdpSource& source,
+                                        drivers::TimePoint received) noexcept {
   waiting_.restart();
   if (!known() || pin_.pinned() != source) return false;
   const IpocSequence::Position position = sequence_.place(ipoc);
   if (position.place == Place::Duplicate) return true;
-  // After a silence the controller may have begun anew at zero, and this frame cannot tell.
+  // After a gap the controller may have restarted at zero; this frame does not show it.
   if (position.place != Place::Next || position.elapsed >= restart_cycles_) return false;
   if (received - received_before_ >= kShortestRestart) return false;
   receipts_.read(std::nullopt, position.elapsed);
@@ -286,7 +286,7 @@ void ControllerSession::reply(const JointVector& correction) noexcept {
   if (offered_) return;  // nothing is known yet that another process could count from
   replied_ = true;
   corrected_ = corrected_ || !correction.isZero(0);
-  in_force_.sent(correction);
+  in_effect_.sent(correction);
   if (!memory_) return;
   StreamMemory::Record record{.address = pin_.pinned()->address,
                               .port = pin_.pinned()->port,
@@ -295,8 +295,8 @@ void ControllerSession::reply(const JointVector& correction) noexcept {
                               .received_ns = std::chrono::nanoseconds{received_.time_since_epoch()}.count(),
                               .delay = receipts_.last().value_or(-1)};
   std::copy(correction.begin(), correction.end(), record.sent_rad.begin());
-  std::copy(in_force_.range().min.begin(), in_force_.range().min.end(), record.min_rad.begin());
-  std::copy(in_force_.range().max.begin(), in_force_.range().max.end(), record.max_rad.begin());
+  std::copy(in_effect_.range().min.begin(), in_effect_.range().min.end(), record.min_rad.begin());
+  std::copy(in_effect_.range().max.begin(), in_effect_.range().max.end(), record.max_rad.begin());
   memory_->keep(record);
 }
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "daemon/realtime/correction_in_force.hpp"
+#include "daemon/realtime/correction_in_effect.hpp"
 #include "daemon/realtime/stream_memory.hpp"
 #include "daemon/realtime/waiting_peer.hpp"
 #include "drivers/clock.hpp"
@@ -13,8 +13,8 @@
 namespace truepose::daemon {
 
 /// Whose datagrams are the controller's: those from its address, and of these from the one port that its
-/// session began with. Another port is heard only when that one has been silent for as long as a controller
-/// needs to begin anew.
+/// session began with. Another port is accepted only after that one has sent nothing for as long as a
+/// controller needs to restart.
 class PeerPin {
  public:
   /// @param address  the controller's, IPv4; none: the first that sends a good frame
@@ -58,10 +58,10 @@ class PeerPin {
 class IpocSequence {
  public:
   enum class Place {
-    Next,       ///< goes on from the last, perhaps after a gap
+    Next,       ///< continues from the last, perhaps after a gap
     Duplicate,  ///< the last once more
     Stale,      ///< from before the last, or between two cycles
-    Jump,       ///< too far ahead or behind: damaged, or of a controller that counts anew
+    Jump,       ///< too far ahead or behind: damaged, or of a controller that restarted its count
   };
   struct Position {
     Place place = Place::Next;
@@ -75,7 +75,8 @@ class IpocSequence {
   bool begun() const noexcept { return begun_; }
   Position place(std::uint64_t ipoc) const noexcept;
   /// Whether a datagram that does not follow is the controller's new count all the same: the third in a row
-  /// that goes on from the one before it. A single one is a damaged stamp, two may have overtaken each other.
+  /// that continues from the one before it. A single one is a damaged stamp, two may have overtaken each
+  /// other.
   bool bears_out(std::uint64_t ipoc) noexcept;
 
   /// Begins a count, of which nothing is known but the step, where the caller knows that too.
@@ -139,21 +140,21 @@ struct SessionOptions {
   bool never_corrected = false;                       ///< as StreamOptions
 };
 
-/// The controller's side of the stream: who it is, where in its count it is, and what it has in force.
+/// The controller's side of the stream: who it is, where in its count it is, and what it has in effect.
 /// Decides which datagrams may be answered at all. No I/O, no allocation; the realtime thread's own.
 class ControllerSession {
  public:
   enum class Turn {
-    Answer,     ///< what is in force is known: reply
+    Answer,     ///< what is in effect is known: reply
     Repeat,     ///< the last datagram once more: the same reply
     WrongIpoc,  ///< out of order: it belongs to no cycle that waits for a reply
-    Unproven,   ///< what is in force is not known: any reply might be a jump
-    Offer,      ///< zero seems to be in force at a peer that waits: reply zero, to see whether it takes it
+    Unproven,   ///< what is in effect is not known: any reply might be a jump
+    Offer,      ///< zero seems to be in effect at a peer that waits: reply zero, to see whether it takes it
   };
-  struct Hearing {
+  struct FrameVerdict {
     Turn turn = Turn::Unproven;
     bool began = false;         ///< a session whose controller nothing is known of
-    bool settled = false;       ///< what is in force has just become known, perhaps anew
+    bool settled = false;       ///< the correction in effect has just become known, perhaps again
     bool missed = false;        ///< the last reply is not known to have been taken: hold
     bool taken = false;         ///< it is known to have been taken
     std::uint64_t elapsed = 0;  ///< cycles since the datagram before; 0 at the beginning
@@ -167,19 +168,19 @@ class ControllerSession {
   bool admits(const drivers::UdpSource& source, drivers::TimePoint received) const noexcept {
     return pin_.admits(source, received);
   }
-  Hearing hear(const rsi::RobotFrame& frame, const drivers::UdpSource& source,
-               drivers::TimePoint received) noexcept;
+  FrameVerdict judge(const rsi::RobotFrame& frame, const drivers::UdpSource& source,
+                     drivers::TimePoint received) noexcept;
   /// A datagram of which no more than the IPOC can be read. @return whether the last reply may be given again
-  bool hear_malformed(std::uint64_t ipoc, const drivers::UdpSource& source,
-                      drivers::TimePoint received) noexcept;
+  bool judge_malformed(std::uint64_t ipoc, const drivers::UdpSource& source,
+                       drivers::TimePoint received) noexcept;
   /// A reply to the datagram that was heard last goes out now.
   void reply(const JointVector& correction) noexcept;
 
-  bool known() const noexcept { return in_force_.known(); }
+  bool known() const noexcept { return in_effect_.known(); }
   bool peer_waits() const noexcept { return waiting_.waits(); }
   bool begun() const noexcept { return sequence_.begun(); }
-  const CorrectionRange& in_force() const noexcept { return in_force_.range(); }
-  const JointVector& last_sent() const noexcept { return in_force_.last_sent(); }
+  const CorrectionRange& in_effect() const noexcept { return in_effect_.range(); }
+  const JointVector& last_sent() const noexcept { return in_effect_.last_sent(); }
   const std::optional<drivers::UdpSource>& peer() const noexcept { return pin_.pinned(); }
   std::uint16_t port_before() const noexcept { return pin_.port_before(); }
   std::uint64_t ipoc() const noexcept { return sequence_.last(); }
@@ -187,10 +188,11 @@ class ControllerSession {
 
  private:
   void begin(const rsi::RobotFrame& frame) noexcept;
-  void hear_again(const rsi::RobotFrame& frame, Hearing& hearing) noexcept;
-  bool nothing_in_force(const rsi::RobotFrame& frame) const noexcept;
-  void go_on(const rsi::RobotFrame& frame, const IpocSequence::Position& position, Hearing& hearing) noexcept;
-  void settle(const rsi::RobotFrame& frame, std::uint64_t forward, Hearing& hearing) noexcept;
+  void judge_again(const rsi::RobotFrame& frame, FrameVerdict& verdict) noexcept;
+  bool no_correction_in_effect(const rsi::RobotFrame& frame) const noexcept;
+  void continue_session(const rsi::RobotFrame& frame, const IpocSequence::Position& position,
+                        FrameVerdict& verdict) noexcept;
+  void settle(const rsi::RobotFrame& frame, std::uint64_t forward, FrameVerdict& verdict) noexcept;
   bool began_in_our_silence(const rsi::RobotFrame& frame) const noexcept;
 
   SessionOptions options_;
@@ -199,7 +201,7 @@ class ControllerSession {
   PeerPin pin_;
   IpocSequence sequence_;
   ReplyReceipts receipts_;
-  CorrectionInForce in_force_;
+  CorrectionInEffect in_effect_;
   EffectEvidence evidence_;
   WaitingPeer waiting_;
   bool from_zero_ = false;         // the count of this session began with the frame that was heard last

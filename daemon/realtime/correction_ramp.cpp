@@ -14,7 +14,7 @@ JointVector CorrectionRamp::advance(bool engaged, double cycles, const JointVect
                                     const JointVector& current) noexcept {
   ramp_ = at(engaged, cycles);
   JointVector wanted = gain() * model;
-  if (std::exchange(anew_, false)) {
+  if (std::exchange(starts_from_current_, false)) {
     fade_ = current - wanted;
     fade_ramp_ = 0;
   } else {
@@ -28,7 +28,7 @@ void CorrectionRamp::reset() noexcept {
   ramp_ = 0;
   fade_.setZero();
   fade_ramp_ = 1;
-  anew_ = false;
+  starts_from_current_ = false;
 }
 
 }  // namespace truepose::daemon

@@ -4,7 +4,7 @@
 
 namespace truepose::daemon {
 
-/// Leads the correction from nothing to all that the model asks for and back, and from what is in force to
+/// Leads the correction from nothing to all that the model asks for and back, and from what is in effect to
 /// another model's, without a kink. Straight in the controller's cycles, smooth in the result.
 class CorrectionRamp {
  public:
@@ -22,8 +22,8 @@ class CorrectionRamp {
                       const JointVector& current) noexcept;
 
   /// The next advance() goes out from what was sent last, whatever the model asks for then.
-  void start_from_current() noexcept { anew_ = true; }
-  /// Nothing is in force.
+  void start_from_current() noexcept { starts_from_current_ = true; }
+  /// Nothing is in effect.
   void reset() noexcept;
 
   double gain() const noexcept { return smooth(ramp_); }  ///< the model's part, 0..1
@@ -40,7 +40,7 @@ class CorrectionRamp {
   double ramp_ = 0;       // 0..1
   JointVector fade_;      // what is faded out
   double fade_ramp_ = 1;  // 0..1
-  bool anew_ = false;
+  bool starts_from_current_ = false;
 };
 
 }  // namespace truepose::daemon

@@ -11,7 +11,7 @@ namespace {
 
 // Standard deviations of the weights of a lag of which nothing is known: any fits, and what is left of it
 // after a quarter of a second is a small part.
-constexpr double kToldSigma = 1, kActualSigma = 0.3;
+constexpr double kCommandedSigma = 1, kActualSigma = 0.3;
 // Of the change in a quarter of a second: a share of each weight, and of any weight.
 constexpr double kRelativeChange = 0.01, kAnyChange = 0.0003;
 
@@ -20,7 +20,7 @@ constexpr double kBlock_ms = 250;
 // since a lag is not quite the same in every pose and at every speed.
 constexpr double kNoiseRad = 0.002 * kRadPerDeg;
 constexpr double kOfTrailing = 0.01;
-// What a lag does not explain goes on for some cycles, in which neighbours say the same: so many count as
+// What a lag does not explain continues for some cycles, in which neighbours say the same: so many count as
 // one.
 constexpr double kCorrelated = 12;
 // 1 / variance of m: none or all of the correction arrives.
@@ -52,7 +52,7 @@ Matrix inverse(const Eigen::LDLT<Matrix>& factors) noexcept {
 }  // namespace
 
 LagKnowledge::LagKnowledge() {
-  covariance_.diagonal().head<kTold>().setConstant(kToldSigma * kToldSigma);
+  covariance_.diagonal().head<kCommanded>().setConstant(kCommandedSigma * kCommandedSigma);
   covariance_.diagonal().tail<kActual>().setConstant(kActualSigma * kActualSigma);
 }
 
@@ -74,7 +74,7 @@ LagKnowledge::Matrix LagKnowledge::information() const noexcept {
 }
 
 EffectWatch::EffectWatch(double cycle_ms)
-    : told_delays_{in_cycles(LagKnowledge::kToldDelays_ms, cycle_ms, kCapacity)},
+    : commanded_delays_{in_cycles(LagKnowledge::kCommandedDelays_ms, cycle_ms, kCapacity)},
       actual_delays_{in_cycles(LagKnowledge::kActualDelays_ms, cycle_ms, kCapacity)},
       block_cycles_{std::max(kAxes, static_cast<int>(std::lround(kBlock_ms / cycle_ms)))} {}
 
@@ -122,13 +122,13 @@ bool EffectWatch::take(const JointVector& commanded, const JointVector& correcti
                        std::uint64_t elapsed) noexcept {
   const Axes now{commanded + correction, actual};
   remember(now, elapsed);
-  if (taken_ <= static_cast<std::uint64_t>(told_delays_.back())) return false;
+  if (taken_ <= static_cast<std::uint64_t>(commanded_delays_.back())) return false;
 
   Block& block = blocks_[block_];
   for (int axis = 0; axis < kAxes; ++axis) {
     Unknowns row;
     Eigen::Index i = 0;
-    for (const int delay : told_delays_) row[i++] = ago(delay).expected[axis] - now.expected[axis];
+    for (const int delay : commanded_delays_) row[i++] = ago(delay).expected[axis] - now.expected[axis];
     for (const int delay : actual_delays_) row[i++] = ago(delay).actual[axis] - now.expected[axis];
     row.tail<2>() << 1, correction[axis];
     block.axes[static_cast<std::size_t>(axis)].add(row, now.actual[axis] - now.expected[axis]);
@@ -179,11 +179,11 @@ void EffectWatch::judge(int axis) noexcept {
   for (int pass = 0; pass < 2; ++pass) {
     const Eigen::LDLT<Normal> factors{known + sums.normal / misfit};
     const Unknowns best = factors.solve(known_right + sums.right / misfit);
-    const double rest = best.segment<LagKnowledge::kActual>(LagKnowledge::kTold).sum();
+    const double rest = best.segment<LagKnowledge::kActual>(LagKnowledge::kCommanded).sum();
     const double share = 1 - std::min(rest, kGreatestRest);
     missing_[axis] = (best[kWeights] + best[kWeights + 1] * sent_[axis]) / share;
     Unknowns gradient = Unknowns::Zero();
-    gradient.segment<LagKnowledge::kActual>(LagKnowledge::kTold).setConstant(missing_[axis] / share);
+    gradient.segment<LagKnowledge::kActual>(LagKnowledge::kCommanded).setConstant(missing_[axis] / share);
     gradient.tail<2>() << 1 / share, sent_[axis] / share;
     sigma_[axis] = std::sqrt(std::max(0.0, gradient.dot(factors.solve(gradient))));
     const double left = sums.squares - 2 * best.dot(sums.right) + best.dot(sums.normal * best);

@@ -9,7 +9,7 @@
 
 namespace truepose::daemon {
 
-/// What is known of how one axis trails what it is told, as the weights of EffectWatch's delays.
+/// Known lag of one axis behind its commands, as the weights of EffectWatch's delays.
 ///
 /// A drive's lag is nearly the same from one second to the next: what was seen while the axis sped up says
 /// how far it has to trail while it moves evenly, when nothing else could tell a lag from a correction that
@@ -17,12 +17,12 @@ namespace truepose::daemon {
 /// proportion to its size. No allocation.
 class LagKnowledge {
  public:
-  /// Of what the axis was told, and of where it was.
-  static constexpr std::array<double, 9> kToldDelays_ms{8, 16, 32, 48, 64, 96, 128, 192, 256};
+  /// Delays of the commanded and of the actual position.
+  static constexpr std::array<double, 9> kCommandedDelays_ms{8, 16, 32, 48, 64, 96, 128, 192, 256};
   static constexpr std::array<double, 2> kActualDelays_ms{192, 256};
-  static constexpr int kTold = static_cast<int>(kToldDelays_ms.size());
+  static constexpr int kCommanded = static_cast<int>(kCommandedDelays_ms.size());
   static constexpr int kActual = static_cast<int>(kActualDelays_ms.size());
-  static constexpr int kWeights = kTold + kActual;
+  static constexpr int kWeights = kCommanded + kActual;
   using Weights = Eigen::Matrix<double, kWeights, 1>;
   using Matrix = Eigen::Matrix<double, kWeights, kWeights>;
 
@@ -42,20 +42,20 @@ class LagKnowledge {
   Matrix covariance_ = Matrix::Zero();
 };
 
-/// Whether the corrections that are sent move the arm: the correction as measured, AIPos - ASPos less what
-/// the arm trails, beside the one that is sent.
+/// Whether the corrections that are sent move the arm: the correction as measured, AIPos - ASPos less the
+/// arm's lag, compared with the one that is sent.
 ///
 /// With w = ASPos + c, c the correction sent, and y = AIPos, an arm that follows, however late, has
 ///
 ///   y(t) - w(t) = sum_k b_k (w(t - d_k) - w(t)) + sum_j a_j (y(t - D_j) - w(t)) + n(t),   n = 0,
 ///
-/// for delays up to a quarter of a second: any lag is such a sum, with the a_j for what goes on longer, and
-/// it is none of our business which. Of an arm that does not follow n(t) = e + m c(t) is something, and
-/// n / (1 - sum a) is missing; m c where it goes with the correction. All are estimated axis by axis over the
+/// for delays up to a quarter of a second: any lag is such a sum, with the a_j for what continues longer, and
+/// it is none of our business which. Of an arm that does not follow n(t) = e + m c(t) is something, and n /
+/// (1 - sum a) is missing; m c where it goes with the correction. All are estimated axis by axis over the
 /// last second, a and b together with what was learned of them in the seconds before, whatever was missing
 /// then. Where an axis stands, e is simply y - w; where it moves, lag and motion are in a and b; where these
-/// are not known well enough to tell both from each other, what is missing is uncertain and says so.
-/// No allocation.
+/// are not known well enough to tell both from each other, what is missing is uncertain and says so. No
+/// allocation.
 class EffectWatch {
  public:
   static constexpr int kAxes = 6;
@@ -64,14 +64,14 @@ class EffectWatch {
   /// @param cycle_ms  of the controller
   explicit EffectWatch(double cycle_ms);
 
-  /// Begins anew, but for what is known of the arm's lag.
+  /// Restarts, and keeps the known lag of the arm.
   void restart() noexcept;
-  /// Begins anew, as of an arm that was never seen.
+  /// Restarts without any knowledge of the arm.
   void forget() noexcept;
   /// One cycle.
   /// @param elapsed  cycles since the one before: of a few that were lost the axes between are known well
-  ///                 enough, after more of them a quarter of a second is waited for, after a second it begins
-  ///                 anew
+  ///                 enough, after more of them a quarter of a second is waited for, after a second it
+  ///                 restarts
   /// @return whether a new judgement is there: four times a second, once a second has been seen
   bool take(const JointVector& commanded, const JointVector& correction, const JointVector& actual,
             std::uint64_t elapsed = 1) noexcept;
@@ -117,7 +117,7 @@ class EffectWatch {
   void judge(int axis) noexcept;
   void learn_lag(int axis) noexcept;
 
-  std::array<int, LagKnowledge::kTold> told_delays_{};  // cycles
+  std::array<int, LagKnowledge::kCommanded> commanded_delays_{};  // cycles
   std::array<int, LagKnowledge::kActual> actual_delays_{};
   int block_cycles_;
   std::array<Axes, kCapacity> axes_{};

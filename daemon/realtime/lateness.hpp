@@ -17,7 +17,7 @@ enum class LateBy : std::uint8_t {
 /// Tells whose doing it is that a reply leaves late: more than half a cycle after its datagram was due. The
 /// controller reads it at the end of the cycle, and the way there and back needs the other half. The one
 /// whose part of the delay is the greatest is named; a datagram that waited for the one before it is late by
-/// whoever held that one up.
+/// the part that delayed that one.
 ///
 /// Due is what the earliest datagrams and the IPOC say, a line that may rise by kDrift: no two clocks differ
 /// by so much. Where kUsual datagrams in a row come late, the controller or its way has changed: the earliest
@@ -34,7 +34,7 @@ class Lateness {
   }
   /// @param elapsed  cycles since the good frame before
   void heard(drivers::TimePoint received, std::uint64_t elapsed) noexcept;
-  /// The datagram that was heard last is dealt with. @return nobody, where its reply left in time
+  /// The datagram that was received last is answered. @return nothing if its reply left in time
   std::optional<LateBy> judge(const drivers::CycleTimes& times) noexcept;
 
  private:

@@ -29,7 +29,7 @@ bool ModelCorrection::take_model() noexcept {
 
 void ModelCorrection::restart() noexcept {
   search_.setZero();
-  foresight_.restart();
+  deviation_cache_.restart();
 }
 
 bool ModelCorrection::solve(const JointVector& commanded) noexcept {
@@ -39,12 +39,12 @@ bool ModelCorrection::solve(const JointVector& commanded) noexcept {
     value_.setZero();
     return true;
   }
-  // A search that is not over goes on only for the arm that stands: elsewhere it could lead to another
+  // A search that is not over continues only for the arm that stands: elsewhere it could lead to another
   // branch.
   if (!found_ && commanded != searched_for_) search_.setZero();
   searched_for_ = commanded;
   const auto compensated =
-      foresight_.at_joints_within(kSolverSteps, *model.compensation, commanded, model.p_F_mm, search_);
+      deviation_cache_.at_joints_within(kSolverSteps, *model.compensation, commanded, model.p_F_mm, search_);
   found_ = compensated && compensated->q.allFinite();
   no_solution_.reset();
   if (!compensated) no_solution_ = compensated.error();
@@ -55,7 +55,7 @@ bool ModelCorrection::solve(const JointVector& commanded) noexcept {
 }
 
 void ModelCorrection::look_ahead() noexcept {
-  if (model() != 0) foresight_.look_ahead(*models_.front().compensation);
+  if (model() != 0) deviation_cache_.look_ahead(*models_.front().compensation);
 }
 
 }  // namespace truepose::daemon

@@ -5,12 +5,12 @@
 #include <optional>
 
 #include "core/compensate/target_compensation.hpp"
-#include "daemon/realtime/foresight.hpp"
+#include "daemon/realtime/deviation_cache.hpp"
 #include "daemon/realtime/lock_free.hpp"
 
 namespace truepose::daemon {
 
-/// What the model in force asks for at the commanded axes, followed from cycle to cycle. One thread changes
+/// What the model in effect asks for at the commanded axes, followed from cycle to cycle. One thread changes
 /// the model, the realtime thread does all else, without allocation or lock.
 class ModelCorrection {
  public:
@@ -19,13 +19,13 @@ class ModelCorrection {
   void use(std::uint64_t number, TargetCompensation compensation, const Eigen::Vector3d& p_F_mm);
   void use_none();
 
-  /// @return whether another model is in force from now on
+  /// @return whether another model is in effect from now on
   bool take_model() noexcept;
   std::uint64_t model() const noexcept { return models_.front().number; }  ///< 0: none
   /// Another session: nothing of the search before is of use.
   void restart() noexcept;
   /// The arm comes from another side now: it deviates in another way than was foreseen.
-  void turned_round() noexcept { foresight_.restart(); }
+  void turned_round() noexcept { deviation_cache_.restart(); }
 
   /// Brings value() up to date. @return false where the calibrated arm has no solution, none near, or none
   /// yet
@@ -46,7 +46,7 @@ class ModelCorrection {
   };
 
   SnapshotExchange<Model> models_;
-  Foresight foresight_;
+  DeviationCache deviation_cache_;
   JointVector search_ = JointVector::Zero(6);        // where the solver is, of value_
   JointVector searched_for_ = JointVector::Zero(6);  // commanded axes
   JointVector value_ = JointVector::Zero(6);

@@ -5,7 +5,7 @@
 
 namespace truepose::daemon {
 
-std::int64_t told_gain(const StreamForProgram& stream) noexcept {
+std::int64_t gain_for_program(const StreamForProgram& stream) noexcept {
   if (stream.faulted) return rsi::kGainFault;
   if (stream.wanted && stream.modelled && stream.complete) return 100;
   if (!stream.zero) return std::clamp(std::lround(100 * stream.gain), 1L, 99L);

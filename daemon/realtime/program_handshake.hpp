@@ -8,18 +8,18 @@
 
 namespace truepose::daemon {
 
-/// How the stream stands, as far as a robot program is told.
+/// The stream's state that a robot program gets.
 struct StreamForProgram {
   bool faulted = false;
   bool wanted = false;    ///< on or armed
-  bool modelled = false;  ///< a model is in force
+  bool modelled = false;  ///< a model is in effect
   bool complete = false;  ///< the correction is all that the model asks for
   bool zero = true;       ///< nothing is corrected
   double gain = 0;        ///< of the ramp, 0..1
 };
 
 /// For the program that waits until it is corrected, or is no more: percent, or why not (kGainNotArmed, ...).
-std::int64_t told_gain(const StreamForProgram& stream) noexcept;
+std::int64_t gain_for_program(const StreamForProgram& stream) noexcept;
 
 /// What a robot program says of itself. It is stopped and resumed: meanwhile its controller applies no
 /// correction, or none in time, and nothing is concluded from that. One that is corrected while it works says
@@ -30,7 +30,7 @@ class ProgramHandshake {
 
   void listen(const rsi::ProgramSignals& program, Engagement engagement) noexcept;
 
-  bool stopped() const noexcept { return stopped_; }    ///< the correction is held until it goes on
+  bool stopped() const noexcept { return stopped_; }    ///< the correction is held until it continues
   bool declines() const noexcept { return declines_; }  ///< it does not ask to be corrected
   /// It is one that was armed for, and not truepose_motion.
   bool production() const noexcept { return production_; }

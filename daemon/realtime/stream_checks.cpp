@@ -113,17 +113,17 @@ std::optional<FoundFault> FollowingCheck::take(const rsi::RobotFrame& frame, con
                      .uncertain = uncertain[worst] * kDegPerRad}};
 }
 
-std::optional<FoundFault> LateReplies::take(const ControllerSession::Hearing& hearing,
+std::optional<FoundFault> LateReplies::take(const ControllerSession::FrameVerdict& verdict,
                                             drivers::TimePoint received) noexcept {
-  believed_ = (believed_ && !hearing.settled) || hearing.taken;
-  const bool late = hearing.late > 0;
+  believed_ = (believed_ && !verdict.settled) || verdict.taken;
+  const bool late = verdict.late > 0;
   began_ = late && !late_before_;
   late_before_ = late;
   const bool sent_in_time =
-      hearing.elapsed == 1 && received_ && turnaround_ < kInTime && received - *received_ > kInTime;
+      verdict.elapsed == 1 && received_ && turnaround_ < kInTime && received - *received_ > kInTime;
   if (late) {
     rejected_ = sent_in_time ? rejected_ + 1 : 0;
-  } else if (!hearing.missed) {
+  } else if (!verdict.missed) {
     rejected_ = 0;
   }
   if (late && !believed_ && rejected_ >= rejected_cycles_)

@@ -16,7 +16,7 @@
 
 namespace truepose::daemon {
 
-/// Whether this is the arm and the cycle that we were told.
+/// Whether this is the configured arm and cycle.
 class ArmCheck {
  public:
   /// @param max_deviation_mm  of RIst from the nominal arm's flange at AIPos
@@ -71,7 +71,7 @@ class FollowingCheck {
   /// Nor does what was learned of the arm's lag: of an arm that was held by its brakes, or did something else
   /// than it was sent, that is none.
   void forget() noexcept;
-  /// @param correction  in force when the frame was sent
+  /// @param correction  in effect when the frame was sent
   /// @param elapsed     cycles since the frame before
   /// @return NotFollowing or nothing
   std::optional<FoundFault> take(const rsi::RobotFrame& frame, const JointVector& correction,
@@ -104,9 +104,9 @@ class LateReplies {
     turnaround_ = times.sent - times.received;
   }
   /// @return RepliesRejected or nothing
-  std::optional<FoundFault> take(const ControllerSession::Hearing& hearing,
+  std::optional<FoundFault> take(const ControllerSession::FrameVerdict& verdict,
                                  drivers::TimePoint received) noexcept;
-  /// Whether the last frame was the first of a row that told of late replies.
+  /// Whether the last frame was the first of a row that reported late replies.
   bool began() const noexcept { return began_; }
 
  private:

@@ -79,7 +79,7 @@ StreamStatus StreamCycle::status() const {
 std::string_view StreamCycle::answer(const drivers::Datagram& datagram) noexcept {
   admitted_ = session_.admits(datagram.source, datagram.received);
   if (!admitted_) {
-    tell_foreign(datagram.source);
+    report_foreign(datagram.source);
     return {};
   }
   ++status_.counters.datagrams;
@@ -110,14 +110,14 @@ void StreamCycle::count(const drivers::CycleTimes& times) noexcept {
   status_.counters.late_by_network += late_by == LateBy::Network;
 }
 
-void StreamCycle::nothing_came(drivers::TimePoint until) noexcept {
+void StreamCycle::on_no_datagram(drivers::TimePoint until) noexcept {
   status_.read_until = until;
   if (take_acknowledgement()) update_state();
   publish();
 }
 
 /// Counted, and named once for each address.
-void StreamCycle::tell_foreign(const drivers::UdpSource& source) noexcept {
+void StreamCycle::report_foreign(const drivers::UdpSource& source) noexcept {
   ++status_.counters.unexpected_sender;
   const auto known = foreign_.begin() + static_cast<std::ptrdiff_t>(foreign_count_);
   if (foreign_count_ == foreign_.size() || std::find(foreign_.begin(), known, source.address) != known)
@@ -163,14 +163,14 @@ std::string_view StreamCycle::answer_controller(const drivers::Datagram& datagra
     return answer_malformed({.fault = rsi::FrameFault::Missing, .element = sends_aspos_ ? "ASPos" : "AIPos"},
                             datagram);
   }
-  if (frame->unread) tell_unread(*frame->unread, datagram);
+  if (frame->unread) report_unread(*frame->unread, datagram);
   return answer_frame(*frame, datagram);
 }
 
-/// Counted, and told once in a session.
-void StreamCycle::tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept {
+/// Counted, and reported once in a session.
+void StreamCycle::report_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept {
   ++status_.counters.partly_read;
-  if (std::exchange(unread_told_, true)) return;
+  if (std::exchange(unread_reported_, true)) return;
   emit({.kind = StreamEventKind::PartlyRead,
         .source = datagram.source,
         .excerpt = Excerpt::of(datagram.bytes, error.offset),
@@ -181,20 +181,20 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
                                            const drivers::Datagram& datagram) noexcept {
   malformed_before_ = false;
   disarm_after_silence(datagram.received);
-  const Hearing hearing = session_.hear(frame, datagram.source, datagram.received);
+  const FrameVerdict verdict = session_.judge(frame, datagram.source, datagram.received);
   status_.peer_waits = session_.peer_waits();
-  if (hearing.began) begin_session(datagram.source);
-  lateness_.heard(datagram.received, hearing.elapsed);
-  if (hearing.lost > 0) {
-    status_.counters.lost += hearing.lost;
-    emit({.kind = StreamEventKind::PacketsLost, .value = hearing.lost});
+  if (verdict.began) begin_session(datagram.source);
+  lateness_.heard(datagram.received, verdict.elapsed);
+  if (verdict.lost > 0) {
+    status_.counters.lost += verdict.lost;
+    emit({.kind = StreamEventKind::PacketsLost, .value = verdict.lost});
   }
-  // Before anything of what is in force is known: how long that takes to see depends on it.
+  // Before anything of what is in effect is known: how long that takes to see depends on it.
   auto wrong_cycle = arm_check_.cycle(session_.step());
   if (wrong_cycle && session_.port_before() != 0)
     wrong_cycle->detail.ports = {session_.port_before(), datagram.source.port};
   raise(wrong_cycle);
-  switch (hearing.turn) {
+  switch (verdict.turn) {
     case Turn::Repeat:
       return repeat(frame.ipoc);
     case Turn::WrongIpoc:
@@ -210,19 +210,19 @@ std::string_view StreamCycle::answer_frame(const rsi::RobotFrame& frame,
       ramp_.reset();
       return hold();
     case Turn::Answer:
-      return answer_cycle(frame, hearing, datagram.received);
+      return answer_cycle(frame, verdict, datagram.received);
   }
   return {};
 }
 
-std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const Hearing& hearing,
+std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const FrameVerdict& verdict,
                                            drivers::TimePoint received) noexcept {
   listen_to_program(frame.program);
-  if (hearing.settled) adopt(*commanded_axes(frame));
+  if (verdict.settled) adopt(*commanded_axes(frame));
   const JointVector commanded = *commanded_axes(frame);
-  if (!plausible(commanded, hearing)) return hold();
+  if (!plausible(commanded, verdict)) return hold();
 
-  watch(frame, hearing, received);
+  watch(frame, verdict, received);
   // Where the commanded axes are guessed from the actual ones our own correction would turn them round.
   if (sends_aspos_ && approach_.take(commanded)) model_.turned_round();
   last_commanded_ = commanded;
@@ -233,8 +233,8 @@ std::string_view StreamCycle::answer_cycle(const rsi::RobotFrame& frame, const H
   const bool free = status_.fault == StreamFault::None && !status_.program_stopped;
   if (!free) ramp_.start_from_current();
   const std::uint64_t cycles =
-      hearing.settled ? 1 : hearing.elapsed;  // what was not answered is no part of a ramp
-  if (!free || hearing.missed || !correct(commanded, static_cast<double>(cycles))) return hold();
+      verdict.settled ? 1 : verdict.elapsed;  // what was not answered is no part of a ramp
+  if (!free || verdict.missed || !correct(commanded, static_cast<double>(cycles))) return hold();
   ++status_.counters.answered;
   return reply();
 }
@@ -260,7 +260,7 @@ std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
           .error = error});
   }
   const auto ipoc = rsi::readable_ipoc(datagram.bytes);
-  if (!ipoc || !session_.hear_malformed(*ipoc, datagram.source, datagram.received)) {
+  if (!ipoc || !session_.judge_malformed(*ipoc, datagram.source, datagram.received)) {
     ++status_.counters.unanswered;
     return {};
   }
@@ -268,7 +268,7 @@ std::string_view StreamCycle::answer_malformed(const rsi::FrameError& error,
   return replied_ipoc_ == ipoc ? repeat(*ipoc) : hold();
 }
 
-/// The last correction once more: within a step of all that may be in force, as it was when it was sent.
+/// The last correction once more: within a step of all that may be in effect, as it was when it was sent.
 std::string_view StreamCycle::hold() noexcept {
   ++status_.counters.held;
   return reply();
@@ -288,7 +288,7 @@ std::string_view StreamCycle::reply() noexcept {
   rsi::SensorFrame frame{.ipoc = session_.ipoc(), .axis_correction_rad = rsi::Axes{}, .stop = std::nullopt};
   std::copy(correction_.begin(), correction_.end(), frame.axis_correction_rad->begin());
   if (has_stop_) frame.stop = asks_to_leave();
-  frame.gain = told_gain(seen_by_program());
+  frame.gain = gain_for_program(seen_by_program());
   const auto bytes = codec_.encode(frame, buffer_);
   if (!bytes) return {};
   replied_ipoc_ = frame.ipoc;
@@ -324,7 +324,7 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   late_replies_.restart();
   lateness_.restart();
   arm_check_.restart();
-  malformed_before_ = unread_told_ = false;
+  malformed_before_ = unread_reported_ = false;
   replied_ipoc_.reset();
   last_commanded_.reset();
   approach_.restart();
@@ -333,22 +333,22 @@ void StreamCycle::begin_session(const drivers::UdpSource& source) noexcept {
   emit({.kind = StreamEventKind::SessionStarted, .value = session_.ipoc(), .source = source});
 }
 
-/// Goes on from what has just become known to be in force.
+/// Goes on from what has just become known to be in effect.
 void StreamCycle::adopt(const JointVector& commanded) noexcept {
-  // Nobody is asked about each of an armed stream's programs: what one left behind is known now.
+  // No operator confirms each program of an armed stream: the correction that one left behind is known now.
   if (engagement() == Engagement::Armed && status_.fault == StreamFault::NotFollowing) acknowledge_fault();
-  const CorrectionRange& in_force = session_.in_force();
+  const CorrectionRange& in_effect = session_.in_effect();
   const auto contains = [&](const JointVector& correction) {
-    return (correction - in_force.min).minCoeff() >= 0 && (in_force.max - correction).minCoeff() >= 0;
+    return (correction - in_effect.min).minCoeff() >= 0 && (in_effect.max - correction).minCoeff() >= 0;
   };
   const JointVector zero = JointVector::Zero(kAxes);
   const JointVector likely = contains(correction_) ? correction_
                              : contains(zero)      ? zero
-                                                   : JointVector{(in_force.min + in_force.max) / 2};
+                                                   : JointVector{(in_effect.min + in_effect.max) / 2};
   const JointVector before =
-      std::exchange(correction_, bound_correction(likely, in_force, commanded, bounds_).correction);
+      std::exchange(correction_, bound_correction(likely, in_effect, commanded, bounds_).correction);
   if (before != correction_) following_.restart();
-  arm_known_ = !correction_.isZero(0);  // somebody has looked
+  arm_known_ = !correction_.isZero(0);  // an operator has looked
   arm_check_.restart();
   if (correction_.isZero(0)) {
     ramp_.reset();
@@ -360,7 +360,7 @@ void StreamCycle::adopt(const JointVector& commanded) noexcept {
             static_cast<std::uint64_t>(std::lround(correction_.cwiseAbs().maxCoeff() * kDegPerRad * 1e6))});
 }
 
-/// A correction that comes back by itself when the controller does may meet somebody in the cell.
+/// A correction that resumes by itself with the controller may endanger a person in the cell.
 void StreamCycle::disarm_after_silence(drivers::TimePoint received) noexcept {
   const auto silence = status_.heard ? received - *status_.heard : drivers::Duration{0};
   status_.heard = received;
@@ -392,7 +392,7 @@ bool StreamCycle::correct(const JointVector& commanded, double cycles) noexcept 
   const JointVector wanted = ramp_.advance(engaged, cycles, model_.value(), correction_);
   status_.gain = ramp_.gain();
 
-  const BoundedCorrection bounded = bound_correction(wanted, session_.in_force(), commanded, bounds_);
+  const BoundedCorrection bounded = bound_correction(wanted, session_.in_effect(), commanded, bounds_);
   count(bounded.clamps);
   behind_ = bounded.clamps.step || bounded.clamps.total;
   const double change_deg = (bounded.correction - correction_).cwiseAbs().maxCoeff() * kDegPerRad;

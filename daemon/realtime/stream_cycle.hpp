@@ -33,13 +33,13 @@ namespace truepose::daemon {
 /// One RSI cycle, from the controller's datagram to the reply.
 ///
 /// The correction is a function of the commanded axes (ASPos; where that is not sent, AIPos less the
-/// correction in force) and of the side from which they were come to: what to add so that the calibrated arm
+/// correction in effect) and of the side from which they were come to: what to add so that the calibrated arm
 /// stands where the nominal one would, next to the wrist singularity in position alone (TargetCompensation).
 /// It is ramped in, out and between models over the controller's cycles, and passes bound_correction() just
 /// before it is encoded: no reply moves an axis by more than a step from anything that the controller may
-/// have in force (ControllerSession). Every fault holds the last correction, because under absolute
-/// corrections zero would be a jump; where nothing is known of what is in force, nothing is answered, and the
-/// controller holds.
+/// have in effect (ControllerSession). Every fault holds the last correction, because under absolute
+/// corrections zero would be a jump; where nothing is known of what is in effect, nothing is answered, and
+/// the controller holds.
 ///
 /// The realtime thread calls answer() and finish(), one other use_model() and the commands, any status() and
 /// the histograms.
@@ -57,10 +57,10 @@ class StreamCycle final : public drivers::RsiResponder {
   // No allocation, lock, log, exception or system call.
   std::string_view answer(const drivers::Datagram& datagram) noexcept override;
   void finish(const drivers::CycleTimes& times) noexcept override;
-  void nothing_came(drivers::TimePoint until) noexcept override;
+  void on_no_datagram(drivers::TimePoint until) noexcept override;
 
   /// Corrects for `calibrated` (as many joints as the nominal arm) from the next cycle on, cross-faded from
-  /// what is in force.
+  /// what is in effect.
   /// @param number  of the caller's choice, reported in the status; not 0
   /// @param p_F_mm  whose position comes first next to the wrist singularity, flange frame
   void use_model(const RobotModel& calibrated, std::uint64_t number,
@@ -70,17 +70,18 @@ class StreamCycle final : public drivers::RsiResponder {
   /// Ramps the correction in, or out to exactly zero. Idle follows the last cycle of the ramp.
   void engage() noexcept { engagement_.store(Engagement::On, std::memory_order_release); }
   /// The same in every session from now on, whatever silence lies between: each begins with what is proven to
-  /// be in force then, and a correction that the one before did not follow is no fault of it.
+  /// be in effect then, and a correction that the one before did not follow is no fault of it.
   void arm() noexcept { engagement_.store(Engagement::Armed, std::memory_order_release); }
   void disengage() noexcept { engagement_.store(Engagement::Off, std::memory_order_release); }
   /// The same, and then asks truepose_motion to leave RSI_MOVECORR, in every reply until the session has
   /// ended.
   void leave() noexcept { engagement_.store(Engagement::Leaving, std::memory_order_release); }
-  /// Ends Frozen or Fault: the stream goes on from the correction that it holds. @return the how many-th
+  /// Ends Frozen or Fault: the stream continues from the correction that it holds. @return the how many-th
   /// acknowledgement it is
   std::uint32_t acknowledge() noexcept { return acknowledged_.fetch_add(1, std::memory_order_release) + 1; }
 
-  /// What the last answer rests on, beside its datagram and those before it. The realtime thread's own.
+  /// What the last answer depends on, in addition to its datagram and those before it. The realtime thread's
+  /// own.
   struct Circumstances {
     bool admitted = false;  ///< the datagram was the controller's
     recording::Commands::Engagement engagement{};
@@ -109,7 +110,7 @@ class StreamCycle final : public drivers::RsiResponder {
   std::uint64_t dropped_events() const noexcept { return events_.dropped(); }
 
  private:
-  /// The arm under the correction that was in force.
+  /// The arm under the correction that was in effect.
   struct Moved {
     rsi::RobotFrame frame;
     JointVector correction;
@@ -117,7 +118,7 @@ class StreamCycle final : public drivers::RsiResponder {
   };
   using Engagement = recording::Commands::Engagement;
   using Turn = ControllerSession::Turn;
-  using Hearing = ControllerSession::Hearing;
+  using FrameVerdict = ControllerSession::FrameVerdict;
 
   StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& ethernet, const StreamOptions& options,
               StreamMemory* memory);
@@ -126,12 +127,12 @@ class StreamCycle final : public drivers::RsiResponder {
   bool take_acknowledgement() noexcept;  ///< @return whether there was one
   void acknowledge_fault() noexcept;
   void count(const drivers::CycleTimes& times) noexcept;
-  void tell_foreign(const drivers::UdpSource& source) noexcept;
+  void report_foreign(const drivers::UdpSource& source) noexcept;
   std::string_view answer_controller(const drivers::Datagram& datagram) noexcept;
-  void tell_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
+  void report_unread(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
   std::string_view answer_frame(const rsi::RobotFrame& frame, const drivers::Datagram& datagram) noexcept;
   std::string_view answer_malformed(const rsi::FrameError& error, const drivers::Datagram& datagram) noexcept;
-  std::string_view answer_cycle(const rsi::RobotFrame& frame, const Hearing& hearing,
+  std::string_view answer_cycle(const rsi::RobotFrame& frame, const FrameVerdict& verdict,
                                 drivers::TimePoint received) noexcept;
   std::string_view hold() noexcept;
   std::string_view repeat(std::uint64_t ipoc) noexcept;
@@ -149,8 +150,8 @@ class StreamCycle final : public drivers::RsiResponder {
   void disarm_after_silence(drivers::TimePoint received) noexcept;
 
   std::optional<JointVector> commanded_axes(const rsi::RobotFrame& frame) const noexcept;
-  bool plausible(const JointVector& commanded, const Hearing& hearing) noexcept;
-  void watch(const rsi::RobotFrame& frame, const Hearing& hearing, drivers::TimePoint received) noexcept;
+  bool plausible(const JointVector& commanded, const FrameVerdict& verdict) noexcept;
+  void watch(const rsi::RobotFrame& frame, const FrameVerdict& verdict, drivers::TimePoint received) noexcept;
   void watch_effect() noexcept;
   void look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept;
   bool correct(const JointVector& commanded, double cycles) noexcept;
@@ -207,7 +208,7 @@ class StreamCycle final : public drivers::RsiResponder {
   bool arm_known_;          // of an armed stream's session, also by the process before
   bool behind_ = false;     // a bound keeps the correction from what the ramp wants
   bool malformed_before_ = false;
-  bool unread_told_ = false;
+  bool unread_reported_ = false;
   Engagement engagement_before_ = Engagement::Off;  // at the last frame
   double broken_ = 0;                               // cycles in a row, as the next
   double unsolved_ = 0;

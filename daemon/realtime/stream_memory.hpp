@@ -21,11 +21,11 @@ class StreamMemory {
   struct Record {
     std::uint32_t address = 0;  ///< of the controller, as UdpSource
     std::uint32_t port = 0;
-    std::uint64_t ipoc = 0;  ///< of the last datagram that went on
+    std::uint64_t ipoc = 0;  ///< of the last datagram that continued
     std::uint64_t step = 0;
     std::int64_t received_ns = 0;                ///< of that datagram, on the machine's steady clock
     std::int64_t delay = -1;                     ///< as the controller counted then; -1: not known
-    std::array<double, 6> min_rad{}, max_rad{};  ///< what may be in force, the reply to it included
+    std::array<double, 6> min_rad{}, max_rad{};  ///< what may be in effect, the reply to it included
     std::array<double, 6> sent_rad{};            ///< that reply
   };
 

@@ -31,7 +31,7 @@ struct StreamOptions {
   int rejected_cycles = 8;   ///< so many late replies in a row that were sent in time are a fault
   int timeout_cycles = 100;  ///< the controller's: a packet further ahead must be borne out by others
   std::chrono::milliseconds cycle{4};
-  /// After a silence of the controller of so long the stream must be started anew; none: it goes on by
+  /// After no packet of the controller for this long the stream must be started again. None: it resumes by
   /// itself.
   std::optional<std::chrono::milliseconds> disarm_after = kSilence;
   std::optional<std::uint32_t> peer;  ///< the controller's IPv4 address; none: any

@@ -21,7 +21,7 @@ namespace truepose::daemon {
 
 enum class StreamState : std::uint8_t {
   Idle,
-  Unproven,  ///< packets come, but what the controller has in force is not known: none is answered
+  Unproven,  ///< packets come, but what the controller has in effect is not known: none is answered
   RampingIn,
   Active,
   RampingOut,
@@ -78,7 +78,7 @@ struct StreamCounters {
       0;  ///< with the last correction, because the frame, the model or a latched fault forbade another
   std::uint64_t duplicate = 0;    ///< a repeated IPOC, given the same reply
   std::uint64_t wrong_ipoc = 0;   ///< out of order, or repeated and there is no reply to repeat; not answered
-  std::uint64_t unconfirmed = 0;  ///< not answered, because what the controller has in force was not known
+  std::uint64_t unconfirmed = 0;  ///< not answered, because what the controller has in effect was not known
   std::uint64_t unanswered = 0;   ///< malformed, and nothing to hold on to
   std::uint64_t malformed = 0;  ///< frames that could not be believed (among held, duplicate and unanswered)
   std::uint64_t partly_read =
@@ -114,12 +114,12 @@ struct StreamStatus {
   // ProgramSignals, where the last frame had them.
   std::optional<std::int64_t> program, mode, override_percent, cell;
   // What the robot program says, where the controller sends it.
-  bool program_stopped = false;   ///< the correction is held until it goes on
+  bool program_stopped = false;   ///< the correction is held until it continues
   bool program_declines = false;  ///< of an armed stream: it does not ask to be corrected
   double max_step_deg = 0;        ///< greatest change of an axis that was sent from one cycle to the next
   std::array<double, 6> correction_deg{};  ///< sent last
-  /// What AIPos - ASPos shows of it over the last second, lag and motion taken out; none where that cannot be
-  /// told.
+  /// The part of AIPos - ASPos over the last second that is not lag or motion; none if it cannot be
+  /// separated.
   std::array<std::optional<double>, 6> measured_deg{};
   std::array<double, 6> commanded_deg{};  ///< axes that the robot program commands
 };
@@ -136,14 +136,14 @@ std::string reason(const StreamStatus& status);
 
 enum class StreamEventKind : std::uint8_t {
   SessionStarted,  ///< value = IPOC; source
-  SessionProven,   ///< what is in force is known; value = greatest of it on an axis, microdegrees
+  SessionProven,   ///< what is in effect is known; value = greatest of it on an axis, microdegrees
   StateChanged,    ///< state, fault and detail as they are now
   Malformed,       ///< the first of a session, or of a row; source, bytes, error
   PartlyRead,      ///< the first of a session that has an element which cannot be read; source, bytes, error
   PacketsLost,     ///< value = cycles
   RepliesLate,     ///< value = how many
   ModelChanged,    ///< value = its number
-  Foreign,         ///< a datagram of somebody else, once for each address; source
+  Foreign,         ///< a datagram of an unexpected sender, once for each address; source
   Disarmed,        ///< the controller was silent for long; value = milliseconds
 };
 inline constexpr std::size_t kStreamEventKinds = 10;

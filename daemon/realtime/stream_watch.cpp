@@ -21,9 +21,9 @@ std::optional<JointVector> StreamCycle::commanded_axes(const rsi::RobotFrame& fr
 }
 
 /// Whether the arm can have moved here from the frame before.
-bool StreamCycle::plausible(const JointVector& commanded, const Hearing& hearing) noexcept {
+bool StreamCycle::plausible(const JointVector& commanded, const FrameVerdict& verdict) noexcept {
   const bool far = last_commanded_ && (commanded - *last_commanded_).cwiseAbs().maxCoeff() >
-                                          kGreatestMotionRad * static_cast<double>(hearing.elapsed);
+                                          kGreatestMotionRad * static_cast<double>(verdict.elapsed);
   implausible_ = far ? implausible_ + 1 : 0;
   if (!far) return true;
   following_.restart();
@@ -33,19 +33,19 @@ bool StreamCycle::plausible(const JointVector& commanded, const Hearing& hearing
   return true;
 }
 
-/// Whether our replies arrive, the arm does what they say, and is the one that we were told.
-void StreamCycle::watch(const rsi::RobotFrame& frame, const Hearing& hearing,
+/// Checks that our replies arrive, that the arm follows them, and that it is the configured arm.
+void StreamCycle::watch(const rsi::RobotFrame& frame, const FrameVerdict& verdict,
                         drivers::TimePoint received) noexcept {
-  raise(missing_.take(frame, hearing.elapsed));
-  raise(late_replies_.take(hearing, received));
-  status_.counters.late += hearing.late;
-  if (late_replies_.began()) emit({.kind = StreamEventKind::RepliesLate, .value = hearing.late});
+  raise(missing_.take(frame, verdict.elapsed));
+  raise(late_replies_.take(verdict, received));
+  status_.counters.late += verdict.late;
+  if (late_replies_.began()) emit({.kind = StreamEventKind::RepliesLate, .value = verdict.late});
   if (status_.program_stopped) {
     following_.restart();
   } else {
-    moved_ = Moved{frame, correction_, hearing.elapsed};
+    moved_ = Moved{frame, correction_, verdict.elapsed};
   }
-  look_at_arm(frame, hearing.elapsed);
+  look_at_arm(frame, verdict.elapsed);
 }
 
 /// Half a second of cycles is judged: it may as well be done after the reply. Where nothing is or is to be
@@ -59,7 +59,7 @@ void StreamCycle::watch_effect() noexcept {
 }
 
 /// A program that is corrected while it works has tools and bases of its own, by which RIst tells no more
-/// which arm it is: there it is looked at where the session begins, before anything is in force.
+/// which arm it is: there it is looked at where the session begins, before anything is in effect.
 void StreamCycle::look_at_arm(const rsi::RobotFrame& frame, std::uint64_t elapsed) noexcept {
   if (engagement() == Engagement::Armed && arm_known_) return;
   const std::optional<FoundFault> found = arm_check_.arm(frame, elapsed);

@@ -8,9 +8,9 @@
 
 namespace truepose::daemon {
 
-/// Recognises a peer that waits for a reply before it goes on: it repeats its frame, after 40 ms or a second,
-/// and its IPOC counts replies. Simulators of the robot's side are such; a controller sends the next IPOC
-/// after 4 or 12 ms whatever comes.
+/// Recognises a peer that waits for a reply before it continues: it repeats its frame, after 40 ms or a
+/// second, and its IPOC counts replies. Simulators of the robot's side are such; a controller sends the next
+/// IPOC after 4 or 12 ms whatever comes.
 ///
 /// A repeated datagram of a controller comes of the network, at once or out of a queue, with others behind
 /// it: so a frame counts as repeated only after a time in which a controller had sent several, and only where

@@ -14,7 +14,7 @@ using recording::Record;
 
 namespace {
 
-constexpr int kStrangersASecond = 10;
+constexpr int kMaxForeignPerSecond = 10;
 constexpr int kRepliesToCheckpoint = 250;
 
 /// What stands in the queue before the bytes of a datagram, its reply and a checkpoint.
@@ -59,7 +59,7 @@ void RecordedStream::finish(const drivers::CycleTimes& times) noexcept {
   cycle_.finish(times);
   const drivers::Datagram& datagram = datagram_;
   const StreamCycle::Circumstances now = cycle_.circumstances();
-  if (!now.admitted && !has_room_for_stranger(datagram.received)) return;
+  if (!now.admitted && !may_record_foreign(datagram.received)) return;
   Head head{.received_ns = drivers::nanoseconds_of(datagram.received),
             .done_ns =
                 now.admitted ? drivers::nanoseconds_of(now.done) : drivers::nanoseconds_of(datagram.received),
@@ -77,15 +77,15 @@ void RecordedStream::finish(const drivers::CycleTimes& times) noexcept {
   queue_.push({bytes_of(head), datagram.bytes, reply_, kept ? bytes_of(*kept) : std::string_view{}});
 }
 
-bool RecordedStream::has_room_for_stranger(drivers::TimePoint received) noexcept {
-  if (received - strangers_since_ >= std::chrono::seconds{1}) {
-    strangers_since_ = received;
-    strangers_ = 0;
+bool RecordedStream::may_record_foreign(drivers::TimePoint received) noexcept {
+  if (received - foreign_since_ >= std::chrono::seconds{1}) {
+    foreign_since_ = received;
+    foreign_ = 0;
   }
-  return ++strangers_ <= kStrangersASecond;
+  return ++foreign_ <= kMaxForeignPerSecond;
 }
 
-/// From what is remembered after a reply a cycle can go on that does not ramp, and holds for nothing.
+/// From what is remembered after a reply a cycle can continue that does not ramp, and holds for nothing.
 bool RecordedStream::checkpoint_is_due(bool replied, StreamState state) noexcept {
   const bool steady = state == StreamState::Active || state == StreamState::Idle;
   if (!replied || ++replies_ < kRepliesToCheckpoint || !steady) return false;
@@ -110,7 +110,7 @@ void ExchangeReader::read(std::string_view exchange, const std::function<void(Re
                .bytes = datagram});
   take_record({.time_ns = head.done_ns, .kind = Kind::Sent, .bytes = reply});
   if (head.has_memory) {
-    // Whoever begins here has not seen what was said before.
+    // A replay that begins here has not seen the commands before.
     take_record({.time_ns = head.done_ns, .kind = Kind::Checkpoint, .bytes = std::string{exchange}});
     take_record({.time_ns = head.done_ns, .kind = Kind::Commands, .bytes = text(commands)});
   }

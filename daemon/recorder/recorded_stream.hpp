@@ -25,10 +25,10 @@ class RecordedStream final : public drivers::RsiResponder {
 
   std::string_view answer(const drivers::Datagram& datagram) noexcept override;
   void finish(const drivers::CycleTimes& times) noexcept override;
-  void nothing_came(drivers::TimePoint until) noexcept override { cycle_.nothing_came(until); }
+  void on_no_datagram(drivers::TimePoint until) noexcept override { cycle_.on_no_datagram(until); }
 
  private:
-  bool has_room_for_stranger(drivers::TimePoint received) noexcept;
+  bool may_record_foreign(drivers::TimePoint received) noexcept;
   bool checkpoint_is_due(bool replied, StreamState state) noexcept;
 
   StreamCycle& cycle_;
@@ -36,9 +36,9 @@ class RecordedStream final : public drivers::RsiResponder {
   ByteQueue& queue_;
   drivers::Datagram datagram_;  // that is dealt with
   std::string_view reply_;
-  drivers::TimePoint strangers_since_{};
-  int strangers_ = 0;  // in this second
-  int replies_ = 0;    // since the last checkpoint
+  drivers::TimePoint foreign_since_{};
+  int foreign_ = 0;  // in this second
+  int replies_ = 0;  // since the last checkpoint
 };
 
 /// Makes records of what such a queue holds.

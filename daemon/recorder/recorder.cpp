@@ -15,7 +15,7 @@ namespace {
 
 // Twenty seconds of datagrams and replies every 4 ms: for so long the disk may keep the reader waiting.
 constexpr std::size_t kExchangeBytes = std::size_t{4} << 20;
-constexpr std::size_t kMostToldBytes = std::size_t{4} << 20;
+constexpr std::size_t kMaxQueuedBytes = std::size_t{4} << 20;
 
 using Written = std::expected<void, std::string>;
 
@@ -46,12 +46,12 @@ Recorder::Recorder(std::unique_ptr<Ring> ring, const drivers::Clock& clock, std:
 void Recorder::tell(Wire wire, Kind kind, std::string_view bytes) {
   const std::int64_t now = drivers::nanoseconds_of(clock_.now());
   const std::lock_guard lock{mutex_};
-  if (told_bytes_ + bytes.size() > kMostToldBytes || bytes.size() > recording::kMostRecordBytes) {
-    ++told_dropped_;
+  if (queued_bytes_ + bytes.size() > kMaxQueuedBytes || bytes.size() > recording::kMostRecordBytes) {
+    ++queue_dropped_;
     return;
   }
-  told_bytes_ += bytes.size();
-  told_.push_back({.time_ns = now, .wire = wire, .kind = kind, .bytes = std::string{bytes}});
+  queued_bytes_ += bytes.size();
+  queued_.push_back({.time_ns = now, .wire = wire, .kind = kind, .bytes = std::string{bytes}});
 }
 
 drivers::WireTap Recorder::tap(Wire wire) {
@@ -61,24 +61,24 @@ drivers::WireTap Recorder::tap(Wire wire) {
 Recorder::Status Recorder::status() const {
   const std::lock_guard lock{mutex_};
   Status status = status_;
-  status.dropped = exchanges_.dropped() + told_dropped_;
+  status.dropped = exchanges_.dropped() + queue_dropped_;
   return status;
 }
 
 void Recorder::drain() {
   while (exchanges_.pop(exchange_)) reader_.read(exchange_, [this](const Record& record) { keep(record); });
-  for (const Record& record : take_told()) keep(record);
-  tell_dropped();
+  for (const Record& record : take_queued()) keep(record);
+  report_dropped();
   ring_->settle();
   const std::lock_guard lock{mutex_};
   status_.bytes = ring_->bytes();
   status_.lasts = std::chrono::nanoseconds{newest_ns_ - ring_->begin_ns().value_or(newest_ns_)};
 }
 
-std::vector<Record> Recorder::take_told() {
+std::vector<Record> Recorder::take_queued() {
   const std::lock_guard lock{mutex_};
-  told_bytes_ = 0;
-  return std::exchange(told_, {});
+  queued_bytes_ = 0;
+  return std::exchange(queued_, {});
 }
 
 void Recorder::keep(const Record& record) {
@@ -86,9 +86,9 @@ void Recorder::keep(const Record& record) {
   newest_ns_ = std::max(newest_ns_, record.time_ns);
 }
 
-void Recorder::tell_dropped() {
+void Recorder::report_dropped() {
   const std::uint64_t dropped = status().dropped;
-  const std::uint64_t more = dropped - std::exchange(dropped_told_, dropped);
+  const std::uint64_t more = dropped - std::exchange(dropped_reported_, dropped);
   if (more == 0) return;
   keep({.time_ns = drivers::nanoseconds_of(clock_.now()),
         .wire = Wire::Daemon,

@@ -45,7 +45,7 @@ class Recorder {
   };
   Status status() const;
 
-  /// Moves what was told into the ring.
+  /// Moves queued records into the ring.
   void drain();
   /// Writes what the ring holds, whole or not at all. @return or why not, one sentence
   std::expected<void, std::string> save(recording::Header header, const std::filesystem::path& file);
@@ -53,9 +53,9 @@ class Recorder {
   std::expected<void, std::string> keep_header(recording::Header header, const RecordingFolder& folder) const;
 
  private:
-  std::vector<recording::Record> take_told();
+  std::vector<recording::Record> take_queued();
   void keep(const recording::Record& record);
-  void tell_dropped();
+  void report_dropped();
 
   const drivers::Clock& clock_;
   const std::int64_t clock_origin_ns_;
@@ -63,14 +63,14 @@ class Recorder {
   ExchangeReader reader_;
   recording::RecordWriter writer_;
   std::unique_ptr<Ring> ring_;
-  std::uint64_t dropped_told_ = 0;
+  std::uint64_t dropped_reported_ = 0;
   std::int64_t newest_ns_ = 0;
   std::string exchange_;  // kept for its room
 
   mutable std::mutex mutex_;
-  std::vector<recording::Record> told_;
-  std::size_t told_bytes_ = 0;
-  std::uint64_t told_dropped_ = 0;
+  std::vector<recording::Record> queued_;
+  std::size_t queued_bytes_ = 0;
+  std::uint64_t queue_dropped_ = 0;
   Status status_;
 };
 

@@ -13,11 +13,12 @@
 
 namespace truepose::daemon {
 
-/// Gives the datagrams of a recording to a stream of corrections that is told what the recorded one was told,
-/// at the same times, and compares the replies byte by byte.
+/// Replays the datagrams of a recording to a stream of corrections. The stream gets the recorded commands at
+/// the same times; the replies are compared byte by byte.
 ///
-/// Where the recording begins within the life of a stream, the replayed one goes on from the first checkpoint
-/// as a restarted daemon would, and is compared from where its correction is ramped in as that was.
+/// Where the recording begins within the life of a stream, the replayed one continues from the first
+/// checkpoint as a restarted daemon would, and is compared from where its correction is ramped in as that
+/// was.
 class StreamReplay {
  public:
   /// Error: one sentence on why the header does not make a stream.

@@ -147,7 +147,7 @@ std::string turn_lines(const ReportDocument& document) {
   return text;
 }
 
-/// What was found beside errors and parameters, each part after an empty line.
+/// Findings in addition to errors and parameters, each part after an empty line.
 std::string findings(const ReportDocument& document) {
   std::string text = turn_lines(document) + station_lines(document.stations);
   if (document.deviation_layers) text += deviation_lines(*document.deviation_layers);
@@ -155,9 +155,9 @@ std::string findings(const ReportDocument& document) {
   if (document.thermal) text += thermal_lines(*document.thermal);
   text += far_lines("Points to identify that were left out", document.rejected) +
           far_lines("Validation points beyond six sigma", document.validation_outliers);
-  if (const auto& told = document.observability) {
-    text += sentence_lines("Not identifiable from these poses", told->not_identifiable) +
-            sentence_lines("What the data sheet knows better", told->weakly_identifiable);
+  if (const auto& observability = document.observability) {
+    text += sentence_lines("Not identifiable from these poses", observability->not_identifiable) +
+            sentence_lines("What the data sheet knows better", observability->weakly_identifiable);
   }
   if (const std::string prior = prior_text(document); !prior.empty()) text += "\n" + prior + "\n";
   if (document.prediction_uncertainty) {

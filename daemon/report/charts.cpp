@@ -219,7 +219,7 @@ void draw_scale(Plot& plot, const ColorScale& scale, std::string_view title, dou
 }
 
 double exaggeration_of(std::vector<double> errors_mm, double length_mm) {
-  // The median, so that gross errors leave the picture rather than shrink it.
+  // The median, so that outliers leave the picture rather than shrink it.
   const double usual_mm = median(std::move(errors_mm));
   if (!(usual_mm > 0)) return 1;
   const double wanted = length_mm / usual_mm, decade = std::pow(10.0, std::floor(std::log10(wanted)));

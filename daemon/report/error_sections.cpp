@@ -77,7 +77,7 @@ bool needs_log(const std::vector<StageSeries>& stages) {
   return hi > 20 * lo;
 }
 
-/// What the enlarged charts show whole: gross errors would make all others a line. 0 where all is within it.
+/// What the enlarged charts show whole: outliers would make all others a line. 0 where all is within it.
 double enlarged_limit(const std::vector<StageSeries>& stages) {
   constexpr double kMedians = 10;
   double usual = 0, largest = 0;

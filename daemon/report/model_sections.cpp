@@ -84,7 +84,7 @@ std::string_view status_of(const IdentifiedParameter& p) {
   return prior_speaks(p) ? "shared out by the prior" : "kept, by convention";
 }
 
-/// What the table of parameters shows beside the values, where there is something to show.
+/// Further columns of the table of parameters, where they are known.
 struct ParameterColumns {
   bool prior = false, truth = false;
 };
@@ -286,16 +286,16 @@ std::string parameters_section(const ReportDocument& document) {
 
 std::string unknown_section(const ReportDocument& document) {
   const std::string prior = prior_text(document);
-  const auto& told = document.observability;
-  if (!told && prior.empty()) return "";
-  return section(
-      "Not identifiable from the data",
-      (told ? sentence_list("Not identifiable, with any tracker", escaped_all(told->not_identifiable)) +
-                  sentence_list("Seen, but known less well than from the data sheet",
-                                escaped_all(told->weakly_identifiable))
-            : "") +
-          (prior.empty() ? "" : fmt::format("<h3>Prior</h3>\n<p>{}</p>\n", xml::escaped(prior))) +
-          figures(document));
+  const auto& observability = document.observability;
+  if (!observability && prior.empty()) return "";
+  return section("Not identifiable from the data",
+                 (observability ? sentence_list("Not identifiable, with any tracker",
+                                                escaped_all(observability->not_identifiable)) +
+                                      sentence_list("Seen, but known less well than from the data sheet",
+                                                    escaped_all(observability->weakly_identifiable))
+                                : "") +
+                     (prior.empty() ? "" : fmt::format("<h3>Prior</h3>\n<p>{}</p>\n", xml::escaped(prior))) +
+                     figures(document));
 }
 
 std::string transfer_section(const ReportDocument& document) {

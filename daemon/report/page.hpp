@@ -12,8 +12,8 @@ namespace truepose::report {
 // What pages are made of. Texts are HTML, escaped already, unless said otherwise; classes are those of
 // page.css, a space between two.
 
-// One colour per stage, told apart by colour-blind readers too (Okabe and Ito's palette), on paper by the
-// marker's shape.
+// One colour per stage, from Okabe and Ito's palette, which colour-blind readers can distinguish. On paper
+// the marker's shape differs.
 inline constexpr std::string_view kBeforeColor = "#d55e00";
 inline constexpr std::string_view kGeometricColor = "#0072b2";
 inline constexpr std::string_view kLayersColor = "#7b4fa3";

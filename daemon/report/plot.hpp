@@ -56,7 +56,7 @@ struct Series {
   std::vector<ChartPoint> points = {};
 };
 
-/// Lines that an axis draws besides its labels.
+/// Lines that an axis draws in addition to its labels.
 enum class AxisLines { None, Axis, Grid };
 
 /// A chart in the making: an <svg> element, well-formed XML with every text escaped, in text of 12 units to
@@ -64,7 +64,7 @@ enum class AxisLines { None, Axis, Grid };
 class Plot {
  public:
   /// @param title       plain text
-  /// @param attributes  of the element besides the usual ones
+  /// @param attributes  of the element, in addition to the usual ones
   Plot(std::string_view title, double width, double height, std::string_view classes = "chart",
        std::string_view attributes = {});
 

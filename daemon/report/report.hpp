@@ -11,7 +11,7 @@ namespace truepose::report {
 // external file, and it prints without its script. A document of which a member is missing or of the wrong
 // kind is refused by std::invalid_argument with one sentence that names the member.
 
-/// Documents that a calibration's page has sections of besides its own; null where there is none.
+/// Further documents with sections on a calibration's page; null where there is none.
 struct FurtherDocuments {
   const boost::json::object* iso9283 = nullptr;  ///< as `truepose iso9283 --json` prints it
   const boost::json::object* frame = nullptr;    ///< as `truepose tool --json` prints it

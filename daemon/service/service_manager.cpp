@@ -7,14 +7,16 @@
 
 namespace truepose::daemon {
 
-void tell_ready(std::string_view status) { sd_notify(0, ("READY=1\nSTATUS=" + std::string{status}).c_str()); }
+void notify_ready(std::string_view status) {
+  sd_notify(0, ("READY=1\nSTATUS=" + std::string{status}).c_str());
+}
 std::optional<std::chrono::microseconds> watchdog_period() {
   std::uint64_t period_us = 0;
   if (sd_watchdog_enabled(0, &period_us) <= 0) return std::nullopt;
   return std::chrono::microseconds{period_us};
 }
-void tell_alive() { sd_notify(0, "WATCHDOG=1"); }
-void tell_stopping() { sd_notify(0, "STOPPING=1\nSTATUS=stopping"); }
+void notify_watchdog() { sd_notify(0, "WATCHDOG=1"); }
+void notify_stopping() { sd_notify(0, "STOPPING=1\nSTATUS=stopping"); }
 
 Watchdog::Watchdog(std::vector<Thread> threads, drivers::TimePoint now) {
   for (Thread& thread : threads) {

@@ -13,18 +13,18 @@
 
 namespace truepose::daemon {
 
-// What systemd is told (sd_notify). Without a service manager nothing happens.
+// Notifications to systemd (sd_notify). Without a service manager nothing happens.
 
 /// The sockets are bound and requests are served.
-void tell_ready(std::string_view status);
-void tell_stopping();
+void notify_ready(std::string_view status);
+void notify_stopping();
 
-/// Within which time the service manager wants to hear tell_alive() again, before it kills and restarts us;
-/// nothing where it does not watch.
+/// Within which time the service manager wants to hear notify_watchdog() again, before it kills and restarts
+/// us; nothing where it does not watch.
 std::optional<std::chrono::microseconds> watchdog_period();
-void tell_alive();
+void notify_watchdog();
 
-/// Judges whether threads advance, so that the service manager is told so only where it is true.
+/// Checks that all threads make progress. Only then the service manager is notified.
 class Watchdog {
  public:
   struct Thread {

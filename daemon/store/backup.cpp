@@ -66,7 +66,7 @@ StoreResult<StoreBackup> StoreBackup::begin(Database& source, const fs::path& fi
 StoreResult<bool> StoreBackup::step() {
   const int code = sqlite3_backup_step(backup_.get(), kPagesAtATime);
   if (code == SQLITE_DONE) return true;
-  // Somebody else writes or reads at this moment.
+  // Another connection writes or reads at this moment.
   if (code == SQLITE_OK || code == SQLITE_BUSY || code == SQLITE_LOCKED) return false;
   return std::unexpected(
       StoreError{std::string{kBackup} + ": " + part_.string() + ": " + sqlite3_errstr(code),
@@ -75,7 +75,7 @@ StoreResult<bool> StoreBackup::step() {
 
 StoreResult<std::uintmax_t> StoreBackup::finish() {
   backup_.reset();
-  // The copy says, as its source does, that there is a log beside it.
+  // The copy says, as its source does, that it has a log file.
   StoreResult<std::string> alone = copy_->value("PRAGMA journal_mode=DELETE");
   if (!alone) return std::unexpected(in(kBackup, alone.error()));
   const StoreResult<std::string> check = copy_->value("PRAGMA quick_check(1)");

@@ -13,9 +13,9 @@ namespace sqlite {
 class Database;
 }
 
-/// A copy of a store in the making, some pages at a time, so that what is to be stored meanwhile waits for no
-/// more than one step, and is in the copy. Its file is for its owner alone, and lies beside its place under
-/// another name until it is whole and on the disk; it goes away if it is given up.
+/// Makes a copy of a store, some pages at a time. A write meanwhile waits for one step at most, and is in the
+/// copy. Only its owner can read the file. Until it is complete and synced, it has another name in the same
+/// folder. It is removed if it is given up.
 class StoreBackup {
  public:
   static StoreResult<StoreBackup> begin(sqlite::Database& source, const std::filesystem::path& file);
@@ -25,8 +25,8 @@ class StoreBackup {
 
   /// In the thread of the source. @return whether all is there
   StoreResult<bool> step();
-  /// In any thread, once all is there: makes the file one that needs no other beside it, checks it, puts it
-  /// on the disk and lets it take its place.
+  /// In any thread, once all is there: makes the file independent of its log, checks it, syncs it and renames
+  /// it.
   /// @return its size in bytes
   StoreResult<std::uintmax_t> finish();
 
@@ -41,7 +41,7 @@ class StoreBackup {
   std::unique_ptr<sqlite3_backup, End> backup_;  ///< goes before the copy
 };
 
-/// Where the parts of a store that is copied to, or from, lie: what SQLite keeps beside a file.
+/// Removes a database and the log files that SQLite keeps with it.
 void remove_with_logs(const std::filesystem::path& database);
 
 }  // namespace truepose::daemon

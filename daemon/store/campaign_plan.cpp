@@ -32,15 +32,16 @@ std::unexpected<StoreError> unreadable(const std::string& campaign_id, const cha
   return std::unexpected(StoreError{"reading campaign " + campaign_id + ": " + what});
 }
 
-/// What the daemon that comes after finds to say of a campaign that may not go on.
+/// What the daemon that comes after finds to say of a campaign that may not continue.
 std::string failed_reason(std::string_view kind) {
-  const std::string_view anew = why_anew(kind);
-  return "the daemon ended in the middle of it" + (anew.empty() ? std::string{} : "; " + std::string{anew});
+  const std::string_view reason = reason_not_resumable(kind);
+  return "the daemon ended in the middle of it" +
+         (reason.empty() ? std::string{} : "; " + std::string{reason});
 }
 
 }  // namespace
 
-std::string_view why_anew(std::string_view kind) {
+std::string_view reason_not_resumable(std::string_view kind) {
   if (kind == "iso9283") return "a test by ISO 9283 is one series of cycles without a break: start it again";
   if (kind == "drift") return "a drift check asks how the arm is now, in a few minutes: start it again";
   if (kind == "base")

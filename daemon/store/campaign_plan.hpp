@@ -24,7 +24,7 @@ struct PlannedPose {
   int replaces = 0;  ///< number of the pose that failed, whose substitute it is; 0: it is none
 };
 
-/// What a campaign needs to go on after the end of the daemon, beside its points and skipped poses.
+/// What a campaign needs to resume after the end of the daemon, in addition to its points and skipped poses.
 struct CampaignPlan {
   std::string order;       ///< what it is to do, as CampaignOrder's text
   int total = 0;           ///< poses over all phases, as far as they were known
@@ -32,13 +32,13 @@ struct CampaignPlan {
   std::vector<PlannedPose> poses;
 };
 
-/// A campaign went on after the daemon had ended.
+/// A campaign continued after the daemon had ended.
 struct Resumption : record::Interruption {
   /// Brings a point that is seen since then to where the tracker would have seen it when the campaign began.
   Eigen::Isometry3d X_first_now = Eigen::Isometry3d::Identity();
 };
 
-/// A campaign that may go on, and how far it is.
+/// A campaign that may continue, and how far it is.
 struct InterruptedCampaign {
   CampaignRecord record;
   int done = 0;  ///< poses measured
@@ -46,9 +46,8 @@ struct InterruptedCampaign {
   int total = 0;
 };
 
-/// Why a campaign of this kind has to be started anew where the daemon ended in the middle of it; empty: it
-/// may go on.
-std::string_view why_anew(std::string_view kind);
+/// Why a campaign of this kind cannot be resumed after the daemon ended in the middle of it; empty: it can.
+std::string_view reason_not_resumable(std::string_view kind);
 
 /// Plans and interruptions of the campaigns in the store's file, whose thread calls this, while the store is
 /// there.
@@ -69,7 +68,7 @@ class CampaignPlans {
   StoreResult<void> keep_identities(const CampaignRecord& campaign);
 
   /// Marks the campaigns that still run here, which those of a daemon that died do: as interrupted where they
-  /// have a plan and may go on, else as failed.
+  /// have a plan and may continue, else as failed.
   /// @return how many
   StoreResult<int> interrupt_running(const std::string& ended);
   StoreResult<std::vector<InterruptedCampaign>> interrupted();  ///< the last begun first

@@ -6,9 +6,9 @@
 
 namespace truepose::daemon {
 
-// A file beside the store that says, from the first time on that its stream is started or armed, that the
-// cell's controller may have a correction in force. The runtime folder ends with the machine, a simulator
-// that waits for a reply does not.
+// A file in the store's folder. From the first start or arming of the stream on it says that the controller
+// may have a correction in effect. The runtime folder ends with the machine, a simulator that waits for a
+// reply does not.
 
 /// @return true as well where that cannot be found out
 bool may_have_corrected(const std::filesystem::path& store) noexcept;

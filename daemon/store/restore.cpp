@@ -53,7 +53,7 @@ Restored copy_to(const fs::path& place, sqlite::Database& source) {
   return {};
 }
 
-/// Brings a copy up to date. Nothing lies beside it then.
+/// Migrates a copy. It has no log files then.
 Restored make_ready(const fs::path& copy, std::optional<std::uint64_t> last_number) {
   StoreResult<Store> store = Store::open(copy);
   if (!store) return std::unexpected(store.error().detail);
@@ -80,7 +80,7 @@ std::expected<fs::path, std::string> kept_aside(const fs::path& store, const std
   std::error_code error;
   if (!fs::exists(store, error)) return fs::path{};
   const fs::path aside = store.string() + ".before-" + time;
-  // Only a store that could not be read has something beside it still.
+  // Only a store that could not be read still has log files.
   for (const char* log : {"-wal", "-shm"}) {
     fs::rename(store.string() + log, aside.string() + log, error);
     if (error && error != std::errc::no_such_file_or_directory) return system_failure(store, error.value());

@@ -108,7 +108,7 @@ std::expected<fs::path, std::string> runtime_folder(const config::CellConfig& co
   };
   std::error_code error;
   fs::create_directories(config::folder_of(folder), error);
-  // Made with its mode: nobody may slip in before it is set.
+  // Created with its mode: no other user can enter before it is set.
   if (!error && ::mkdir(folder.c_str(), 0750) != 0 && errno != EEXIST)
     error = {errno, std::system_category()};
   if (error) return bad("cannot be made (" + error.message() + ")");
@@ -116,7 +116,7 @@ std::expected<fs::path, std::string> runtime_folder(const config::CellConfig& co
   struct stat found {};
   if (::lstat(folder.c_str(), &found) != 0) return bad(std::strerror(errno));
   if (!S_ISDIR(found.st_mode)) return bad("is no folder");
-  // Whoever else may write there could put a control socket of his own in place of ours.
+  // Another user that may write there could replace our control socket.
   if (found.st_uid != ::geteuid()) return bad("belongs to another user");
   if ((found.st_mode & (S_IWGRP | S_IWOTH)) != 0)
     return bad("others may write there; run: chmod 750 " + folder.string());

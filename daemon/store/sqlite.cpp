@@ -16,7 +16,7 @@ namespace truepose::daemon::sqlite {
 namespace {
 
 /// A write that found no room has changed nothing, however SQLite calls it: that of the index of the log, or
-/// one beyond a quota. A sync that did is another matter: nobody knows what is on the disk then.
+/// one beyond a quota. A sync that did is another matter: it is unknown what is on the disk then.
 bool is_full(int code, sqlite3* connection) {
   if ((code & 0xff) == SQLITE_FULL) return true;
   const bool wrote = code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE;
@@ -143,7 +143,7 @@ StoreResult<void> Database::in_place() const {
 StoreResult<std::unique_ptr<Database>> Database::open_to_read(const std::string& file) {
   std::error_code none;
   if (std::filesystem::exists(file + "-wal", none)) return open(file, SQLITE_OPEN_READONLY);
-  // Nobody has it open. SQLite would make a log to read it by, and could not where it may not write.
+  // No process has it open. SQLite would make a log to read it by, and could not where it may not write.
   std::string uri = "file:";
   for (const char letter : file) {
     constexpr std::string_view kSpecial = "%?#";
@@ -234,7 +234,7 @@ StoreResult<Transaction> Transaction::begin(Database& database) {
     return std::unexpected(StoreError{failed->detail + " (earlier); check the disk", true});
   }
   if (const StoreResult<void> there = database.in_place(); !there) return std::unexpected(there.error());
-  // IMMEDIATE: whoever else writes is found out here, not in the middle.
+  // IMMEDIATE: another writer is detected here, not in the middle.
   const StoreResult<void> begun = database.execute("BEGIN IMMEDIATE");
   if (!begun) return std::unexpected(begun.error());
   return Transaction{database};

@@ -54,7 +54,7 @@ class Statement {
   Database* database_;
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
   std::optional<StoreError>
-      error_;  // first one of preparing or binding, in SQLite's words of then; told by step()
+      error_;  // first one of preparing or binding, in SQLite's words; reported by step()
   int next_ = 1;
 };
 
@@ -63,14 +63,14 @@ class Database {
  public:
   /// @param file  made where it does not exist, for its owner alone
   static StoreResult<std::unique_ptr<Database>> open(const std::string& file);
-  /// Changes nothing, also beside the file.
+  /// Changes nothing, and creates no further file.
   static StoreResult<std::unique_ptr<Database>> open_to_read(const std::string& file);
   /// All of another, to be changed.
   static StoreResult<std::unique_ptr<Database>> copy_in_memory(Database& source);
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  /// An error in the text is told by the statement's first step.
+  /// The statement's first step reports an error in the text.
   Statement prepare(std::string_view sql);
   /// Runs one or more statements without values.
   StoreResult<void> execute(const std::string& sql);

@@ -164,7 +164,7 @@ StoreResult<void> keep_older(Database& database, const std::filesystem::path& fi
 
 }  // namespace
 
-void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points) {
+void assign_validation_set(const std::vector<int>& poses, std::vector<StoredPoint>& points) {
   for (StoredPoint& point : points) {
     if (point.purpose != PointPurpose::Identify && point.purpose != PointPurpose::Validate) continue;
     point.purpose =
@@ -301,14 +301,14 @@ StoreResult<void> Store::begin_campaign(const CampaignRecord& c, const std::stri
       .bind(c.robot_serial);
   insert.bind(c.tracker_model).bind(c.tracker_serial).bind(c.model_id).bind(c.document).bind(c.kind);
   insert.bind(c.started_by).bind(c.note);
-  std::vector<Statement> beside;
+  std::vector<Statement> further;
   if (!c.points_of.empty()) {
-    beside.push_back(impl_->database->prepare("INSERT INTO identification VALUES (?, ?, nullif(?, ''))"));
-    beside.back().bind(c.id).bind(c.points_of).bind(c.validate ? list_text(*c.validate) : "");
+    further.push_back(impl_->database->prepare("INSERT INTO identification VALUES (?, ?, nullif(?, ''))"));
+    further.back().bind(c.id).bind(c.points_of).bind(c.validate ? list_text(*c.validate) : "");
   }
-  if (!order.empty()) beside.push_back(plans().begun(c.id, order, total));
+  if (!order.empty()) further.push_back(plans().begun(c.id, order, total));
   std::vector<Statement*> all{&insert};
-  for (Statement& statement : beside) all.push_back(&statement);
+  for (Statement& statement : further) all.push_back(&statement);
   return impl_->commit("beginning campaign " + c.id, all);
 }
 
@@ -425,7 +425,7 @@ StoreResult<std::vector<StoredPoint>> Store::points(const std::string& campaign_
   const StoreResult<void> named = impl_->name_source(of);
   if (!named) return std::unexpected(named.error());
   auto points = impl_->measured(of.points_of.empty() ? campaign_id : of.points_of);
-  if (points && of.validate) let_validate(*of.validate, *points);
+  if (points && of.validate) assign_validation_set(*of.validate, *points);
   return points;
 }
 

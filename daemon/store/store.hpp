@@ -29,7 +29,7 @@ enum class PointPurpose {
   Reference,  ///< one and the same pose again and again, so that drift shows
   Target,     ///< a round of the tracker loop at a target
   Cycle,      ///< a pose of a cycle of an ISO 9283 test
-  Nest,       ///< a reflector that stands beside the arm, by which the tracker is seen to move
+  Nest,       ///< a fixed reflector near the arm, which shows a drift of the tracker
   Face1,      ///< what face 1 alone saw of the pose of this number, whose point is the mean of both faces
   Check,      ///< the pose or the nest of this number once more, to see what moved during an interruption
   Frame,      ///< of a point of a tool or of a fixture, by which its frame is found
@@ -46,7 +46,7 @@ inline std::optional<PointPurpose> purpose_of(std::string_view name) {
     if (kPurposes[i] == name) return static_cast<PointPurpose>(i);
   return std::nullopt;
 }
-/// Whether it is a pose of the campaign, rather than what is measured beside to correct or to check it.
+/// Whether it is a pose of the campaign, and not a further measurement that corrects or checks it.
 inline bool is_pose(PointPurpose purpose) {
   return purpose != PointPurpose::Nest && purpose != PointPurpose::Face1 && purpose != PointPurpose::Check;
 }
@@ -76,7 +76,7 @@ struct StoredPoint {
 };
 
 /// Lets these poses validate, and identify the others that were measured to either.
-void let_validate(const std::vector<int>& poses, std::vector<StoredPoint>& points);
+void assign_validation_set(const std::vector<int>& poses, std::vector<StoredPoint>& points);
 
 struct CampaignRecord {
   std::string id;                    ///< UUID
@@ -92,7 +92,7 @@ struct CampaignRecord {
   std::string document_sha256{};
   std::string started_by{};  ///< the name of who did; empty: not known
   std::string note{};        ///< his words for it, or empty
-  std::string points_of{};   ///< the campaign whose points were identified anew; empty: its own
+  std::string points_of{};   ///< the campaign that measured the points; empty: its own
   std::optional<std::vector<int>>
       validate{};  ///< of an identification: the poses that validate in it; none: as measured
 };
@@ -111,7 +111,7 @@ struct ModelRecord {
   std::string sha256;  ///< of the yaml, by the store when it took the model; empty: stored before that
 };
 
-/// A measured tool that is in force under its number.
+/// A measured tool that is in effect under its number.
 struct ToolInUse {
   int number = 0;           ///< of TOOL_DATA
   std::string campaign_id;  ///< that measured it
@@ -149,11 +149,11 @@ class Store final : public EventArchive, public AuditWitness {
   /// Whether its file and its log are still those at their paths: what is written to others is lost. What a
   /// lost log holds is brought into the file.
   StoreResult<void> in_place();
-  /// After a failure: opens the file anew, and so checks it, where its device failed, and writes to it.
+  /// After a failure: reopens the file if its device failed, which checks it, and writes to it.
   /// @return whether it can be used again
   StoreResult<void> try_again();
 
-  /// @param order  what it is to do, so that it may go on after the end of the daemon; empty: it may not
+  /// @param order  what it is to do, so that it may continue after the end of the daemon; empty: it may not
   /// @param total  poses over all phases as they are known then
   StoreResult<void> begin_campaign(const CampaignRecord& campaign, const std::string& order = "",
                                    int total = 0);
@@ -164,7 +164,7 @@ class Store final : public EventArchive, public AuditWitness {
   /// Writes state, end, reason, model and document of a campaign, and in the same transaction the model that
   /// it made, the active one from then on if it says so. A copy of the file alone then holds all of it.
   StoreResult<void> end_campaign(const CampaignRecord& campaign, const std::optional<ModelRecord>& made = {});
-  /// What lets campaigns go on. Not beyond the store's life.
+  /// What lets campaigns continue. Not beyond the store's life.
   CampaignPlans plans();
   StoreResult<std::vector<CampaignRecord>> campaigns();  ///< the last begun first, without documents
   StoreResult<std::optional<CampaignRecord>> campaign(const std::string& id);
@@ -183,7 +183,7 @@ class Store final : public EventArchive, public AuditWitness {
   /// The one that was active last and is not now.
   StoreResult<std::optional<ModelRecord>> model_before();
 
-  /// From now on the tool that this campaign measured is in force under its number; none without a campaign.
+  /// From now on the tool that this campaign measured is in effect under its number; none without a campaign.
   StoreResult<void> use_tool(int number, const std::string& campaign_id);
   StoreResult<std::vector<ToolInUse>> tools_in_use();  ///< in the order of their numbers
 

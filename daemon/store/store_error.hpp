@@ -8,7 +8,7 @@ namespace truepose::daemon {
 struct StoreError {
   std::string detail;     ///< what SQLite said, in which operation, on which file
   bool may_pass = false;  ///< waiting may help: a full disk, one that fails for a moment, a file that
-                          ///< somebody else writes
+                          ///< another connection writes
 };
 template <typename T>
 using StoreResult = std::expected<T, StoreError>;

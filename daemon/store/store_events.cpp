@@ -68,7 +68,7 @@ StoreResult<std::uint64_t> Store::first_reserved(std::uint64_t count) {
 }
 
 StoreResult<void> Store::keep_events(const EventBatch& batch) {
-  // Where the store could not reserve more in time, events went on beyond what was reserved.
+  // Where the store could not reserve more in time, events continued beyond what was reserved.
   return keep_events(batch, "UPDATE event_number SET kept=max(kept,?1), last=max(last,?1)");
 }
 

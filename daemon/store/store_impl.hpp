@@ -24,7 +24,7 @@ struct Store::Impl {
   StoreResult<std::vector<StoredPoint>> measured(const std::string& campaign_id);
 
   /// Brings what is committed from the log into the file itself, so that the file alone is the whole store.
-  /// Where somebody reads at that moment it is left to the next time: it is on the disk either way.
+  /// If another connection reads at that moment, it is left to the next time: it is on the disk either way.
   void gather() { static_cast<void>(database->value("PRAGMA wal_checkpoint(TRUNCATE)")); }
 
   /// Runs statements as one transaction: on the disk, or not at all.

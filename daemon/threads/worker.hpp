@@ -15,7 +15,7 @@ namespace truepose::daemon {
 /// Runs a job where it may take long, and returns when it is done.
 using RunJob = std::function<boost::asio::awaitable<void>(std::function<void()>)>;
 
-/// The same for a job with a result, which nobody else refers to while the job is under way.
+/// The same for a job with a result, which no other thread refers to while the job is running.
 template <typename Job>
 boost::asio::awaitable<std::invoke_result_t<Job>> result_of(RunJob run, Job job) {
   auto result = std::make_shared<std::optional<std::invoke_result_t<Job>>>();

@@ -9,9 +9,9 @@
 
 namespace truepose::daemon {
 
-/// A client over WebSocket: each of its text messages is a line for whoever reads here, and each line that is
-/// written a text message for it. A message longer than a line may be is passed on in parts, as it comes, so
-/// that the limits of lines hold for it.
+/// A client over WebSocket: each of its text messages is a line for the reader, and each line that is written
+/// a text message for it. A message longer than a line may be is passed on in parts, as it comes, so that the
+/// limits of lines hold for it.
 ///
 /// @param under    what carries it, opened
 /// @param come     bytes of it that were read already, behind the upgrade

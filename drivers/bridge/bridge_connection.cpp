@@ -126,7 +126,7 @@ TrackerTask<boost::json::object> BridgeConnection::answer_to(std::int64_t id, st
     if (*reply.id > last_id_)
       co_return std::unexpected(
           broken("an answer to request " + std::to_string(*reply.id) + ", which was never made"));
-    if (*reply.id != id) continue;  // of one that was left, or a sign of life
+    if (*reply.id != id) continue;  // of one that was left, or a heartbeat
     if (!reply.outcome) co_return std::unexpected(refusal(what, reply.outcome.error()));
     co_return std::move(*reply.outcome);
   }

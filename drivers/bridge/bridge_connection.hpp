@@ -57,7 +57,7 @@ class BridgeConnection {
   TrackerTask<boost::json::object> answer_to(std::int64_t id, std::string line, std::string_view what,
                                              Duration patience, Ends ends);
   TrackerTask<bridge::FromBridge> receive();
-  /// Whatever comes next, asking for a sign of life where nothing does.
+  /// Whatever comes next, asking for a heartbeat where nothing does.
   TrackerTask<bridge::FromBridge> next_before(TimePoint deadline);
 
   TrackerWire wire_;

@@ -99,22 +99,22 @@ class BridgeTracker::Session final : public TrackerDialogue {
   std::chrono::milliseconds time_;  ///< that each measurement averages over
   InitialiseAgain warm_up_;
   BridgeConnection connection_;
-  std::string reflector_;    ///< that was chosen
-  std::optional<Air> told_;  ///< that it was told last
-  bool in_doubt_ = true;     ///< somebody else may have changed what it was told
-  bool unfinished_ = false;  ///< something was begun, and its end has not been seen
+  std::string reflector_;         ///< that was chosen
+  std::optional<Air> sent_air_;   ///< that was sent last
+  bool settings_unknown_ = true;  ///< another client may have changed its settings
+  bool unfinished_ = false;       ///< something was begun, and its end has not been seen
 };
 
 void BridgeTracker::Session::observe(const bridge::Event& event) {
   const auto kind = event.kind();
-  if (kind == EventKind::SettingsChanged) in_doubt_ = true;
+  if (kind == EventKind::SettingsChanged) settings_unknown_ = true;
   if (kind == EventKind::WarmedUp) warm_up_.has_warmed_up();
 }
 
 TrackerTask<TrackerIdentity> BridgeTracker::Session::greet() {
-  in_doubt_ = true;
+  settings_unknown_ = true;
   unfinished_ = false;
-  told_.reset();
+  sent_air_.reset();
   const auto opened = co_await connection_.open(options_.host, options_.port);
   if (!opened) co_return std::unexpected(opened.error());
   bridge::Hello hello{.client = kClient};
@@ -205,23 +205,23 @@ TrackerTask<void> BridgeTracker::Session::end_unfinished() {
 
 /// Writes reflector and air where they may not be what they are to be.
 TrackerTask<void> BridgeTracker::Session::ensure_settings() {
-  if (in_doubt_) {
-    in_doubt_ = false;
-    told_.reset();
+  if (settings_unknown_) {
+    settings_unknown_ = false;
+    sent_air_.reset();
     bridge::SetReflector choice{reflector_};
     const auto chosen =
         co_await connection_.ask(std::move(choice), "the tracker refuses its reflector", kLookUp);
-    if (!chosen) in_doubt_ = true;
+    if (!chosen) settings_unknown_ = true;
     if (!chosen) co_return std::unexpected(chosen.error());
   }
   if (!options_.air) co_return TrackerResult<void>{};
   const auto air = options_.air();
   if (!air) co_return std::unexpected(TrackerError{TrackerFault::NotReady, air.error()});
-  if (told_ == *air) co_return TrackerResult<void>{};
+  if (sent_air_ == *air) co_return TrackerResult<void>{};
   bridge::SetAir request{*air};
   const auto written = co_await connection_.ask(request, "the tracker refuses its air", kLookUp);
   if (!written) co_return std::unexpected(written.error());
-  told_ = *air;
+  sent_air_ = *air;
   co_return TrackerResult<void>{};
 }
 
@@ -232,7 +232,7 @@ TrackerTask<bridge::Status> BridgeTracker::Session::begin() {
   if (!ended) co_return std::unexpected(ended.error());
   auto found = co_await status();
   if (!found) co_return found;
-  if (found->reflector != reflector_) in_doubt_ = true;
+  if (found->reflector != reflector_) settings_unknown_ = true;
   const auto ensured = co_await ensure_settings();
   if (!ensured) co_return std::unexpected(ensured.error());
   co_return found;
@@ -289,7 +289,7 @@ TrackerTask<SmrPoint> BridgeTracker::Session::measure() {
   const SmrPoint point = point_of(*result);
   if (auto why_not = implausible(point))
     co_return std::unexpected(TrackerError{TrackerFault::Refused, *std::move(why_not)});
-  if (in_doubt_)
+  if (settings_unknown_)
     co_return std::unexpected(TrackerError{
         TrackerFault::NotReady, "another program changed the tracker's settings during the measurement"});
   co_return point;

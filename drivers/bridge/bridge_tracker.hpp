@@ -25,10 +25,10 @@ struct BridgeOptions {
   /// Tells the air by which distances are to be corrected, asked before each point; none: the tracker knows
   /// it by itself. An error is one sentence for the operator.
   std::function<std::expected<Air, std::string>()> air;
-  /// It is initialised anew at the first connect() after so long since it was found switched on; 0: where it
-  /// says so alone.
+  /// The first connect() initialises the tracker again when it has been switched on for this long. 0: only
+  /// when it asks for that.
   std::chrono::minutes initialise_again{0};
-  WireTap tap = kNobodyHears;
+  WireTap tap = kNullTap;
   MakeStream stream = tcp_stream;
 };
 

@@ -36,10 +36,10 @@ EkiChannel::EkiChannel(std::unique_ptr<ByteStream> stream, Clock& clock, std::st
 
 asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint deadline) {
   close();
-  // A controller refuses until its program has seen the loss of the last client and opened the channel anew.
-  constexpr std::chrono::seconds kOpenedAnew{2};
+  // A controller refuses until its program has seen the loss of the last client and reopened the channel.
+  constexpr std::chrono::seconds kReopenPause{2};
   constexpr std::chrono::milliseconds kAgain{50};
-  const TimePoint last_try = std::min(deadline, clock_.now() + kOpenedAnew) - kAgain;
+  const TimePoint last_try = std::min(deadline, clock_.now() + kReopenPause) - kAgain;
   std::optional<error_code> result = co_await open(deadline);
   while (is_not_taken(result) && clock_.now() < last_try) {
     co_await clock_.sleep_until(clock_.now() + kAgain);

@@ -26,7 +26,7 @@ class EkiChannel {
   /// @param name    "CellLink"
   /// @param server  what answers there, for the operator: "the robot program truepose_motion"
   EkiChannel(std::unique_ptr<ByteStream> stream, Clock& clock, std::string name, std::string server,
-             std::string host, std::uint16_t port, WireTap tap = kNobodyHears);
+             std::string host, std::uint16_t port, WireTap tap = kNullTap);
 
   boost::asio::awaitable<std::expected<void, RobotError>> connect(TimePoint deadline);
   boost::asio::awaitable<std::expected<void, RobotError>> send(eki::ToController message, TimePoint deadline);

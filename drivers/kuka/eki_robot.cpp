@@ -118,7 +118,7 @@ class KukaEkiRobot::Answers {
     Answers& answers;
   };
 
-  /// Returns when somebody has stopped reading since `seen` was the number of changes.
+  /// Returns when another call has stopped reading since `seen` was the number of changes.
   asio::awaitable<void> change(unsigned seen) {
     if (changes_ == seen) co_await changed_.wait();
   }

@@ -21,7 +21,7 @@ struct KukaEkiOptions {
   std::uint16_t motion_port = 54600;  ///< channel CellLink, served by the robot interpreter
   std::uint16_t state_port = 54601;   ///< channel CellState, served by the submit interpreter
   int joint_count = 6;                ///< 1..6; further axes are sent as 0
-  WireTap motion_tap = kNobodyHears, state_tap = kNobodyHears;
+  WireTap motion_tap = kNullTap, state_tap = kNullTap;
   MakeStream stream = tcp_stream;  ///< of the motion channel, then of the state channel
 };
 
@@ -36,7 +36,7 @@ class KukaEkiRobot final : public Robot {
   ~KukaEkiRobot() override;
 
   boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> connect(TimePoint deadline) override;
-  /// As connect(), but changes nothing on the controller: a stop that is in force stays.
+  /// As connect(), but changes nothing on the controller: a stop that is in effect stays.
   boost::asio::awaitable<std::expected<RobotIdentity, RobotError>> inspect(TimePoint deadline);
   boost::asio::awaitable<std::expected<RobotState, RobotError>> state(TimePoint deadline) override;
   /// By the state server alone.

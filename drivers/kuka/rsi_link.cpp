@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kStackBytes = 256 * 1024;  // touched before the first datagram
 // What others send is read at this pace: the longest take a twentieth of a cycle, and what comes faster is
 // the kernel's to drop.
-constexpr int kOthersATurn = 16;
+constexpr int kMaxForeignPerCycle = 16;
 
 std::string error_text() { return std::strerror(errno); }
 
@@ -92,11 +92,11 @@ class UdpRsiLink final : public RsiLink {
     if (datagram) {
       answer(*datagram);
     } else {
-      responder_.nothing_came(looked);
+      responder_.on_no_datagram(looked);
       port_.expect_any_port();  // silent for so long, the controller may come back with another one
     }
-    for (int i = 0; i < kOthersATurn; ++i) {
-      const auto other = port_.receive_from_others();
+    for (int i = 0; i < kMaxForeignPerCycle; ++i) {
+      const auto other = port_.receive_foreign();
       if (!other) return;
       answer(*other);
     }

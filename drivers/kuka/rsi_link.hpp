@@ -41,7 +41,7 @@ class RsiResponder {
   virtual void finish(const CycleTimes& times) noexcept = 0;
   /// All that the controller had sent by `until` has been answered: what this machine kept from being read is
   /// no silence of the controller. Told while nothing comes, every 30 ms.
-  virtual void nothing_came(TimePoint until) noexcept = 0;
+  virtual void on_no_datagram(TimePoint until) noexcept = 0;
 };
 
 struct RsiLinkOptions {

@@ -18,8 +18,7 @@
 namespace truepose::drivers {
 namespace {
 
-// Two cycles of 12 ms, and less than the 40 ms that a controller needs to begin anew, perhaps by another
-// port.
+// Two cycles of 12 ms, and less than the 40 ms that a controller needs to restart, perhaps from another port.
 constexpr timeval kReceiveTimeout{.tv_sec = 0, .tv_usec = 30'000};
 
 std::string last_error() { return std::strerror(errno); }
@@ -101,14 +100,16 @@ std::expected<RsiPort, StartFailure> RsiPort::bind(const std::string& address, s
     return std::unexpected("RSI address " + address + ": " + last_error());
   RsiPort bound{*std::move(socket), ntohs(name.in.sin_port)};
   if (controller) {
-    if (const auto failure = bound.open_others(address, *controller)) return std::unexpected(*failure);
+    if (const auto failure = bound.open_foreign_socket(address, *controller))
+      return std::unexpected(*failure);
   }
   return bound;
 }
 
-/// A second socket at the same port. The first was bound alone, so that whoever else binds as we do is
-/// refused; only now are both told to share the port.
-std::optional<StartFailure> RsiPort::open_others(const std::string& address, std::uint32_t controller) {
+/// A second socket at the same port. The first was bound alone, which refuses any other program that binds
+/// the port. Sharing is enabled on both only now.
+std::optional<StartFailure> RsiPort::open_foreign_socket(const std::string& address,
+                                                         std::uint32_t controller) {
   auto others = open_socket();
   if (!others) return others.error();
   const int on = 1;
@@ -161,7 +162,7 @@ std::optional<RsiPort::Received> RsiPort::receive_pending() noexcept {
   return receive(socket_, MSG_DONTWAIT);
 }
 
-std::optional<RsiPort::Received> RsiPort::receive_from_others() noexcept {
+std::optional<RsiPort::Received> RsiPort::receive_foreign() noexcept {
   if (others_.get() < 0) return std::nullopt;
   return receive(others_, MSG_DONTWAIT);
 }

@@ -41,7 +41,7 @@ class RsiPort {
   /// Does not wait.
   std::optional<Received> receive_pending() noexcept;
   /// Does not wait.
-  std::optional<Received> receive_from_others() noexcept;
+  std::optional<Received> receive_foreign() noexcept;
   /// @return whether it went out whole
   bool send(std::string_view bytes, const UdpSource& to) noexcept;
 
@@ -69,7 +69,7 @@ class RsiPort {
 
   RsiPort(Descriptor socket, std::uint16_t number);
   static std::expected<Descriptor, StartFailure> open_socket();
-  std::optional<StartFailure> open_others(const std::string& address, std::uint32_t controller);
+  std::optional<StartFailure> open_foreign_socket(const std::string& address, std::uint32_t controller);
   bool steer(std::optional<std::uint16_t> port) noexcept;
   std::optional<Received> receive(const Descriptor& socket, int flags) noexcept;
 

@@ -19,7 +19,7 @@ TrackerError refusal(std::string_view what, std::int32_t status);
 class EmsconConnection {
  public:
   /// @param clock    outlives it
-  /// @param observe  sees every packet that comes in, also the ones nobody waits for
+  /// @param observe  sees every packet that comes in, also the ones that no call waits for
   EmsconConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
                    std::function<void(const emscon::TrackerPacket&)> observe, WireTap tap);
 

@@ -175,7 +175,7 @@ TrackerTask<std::string> EmsconSettings::first_wrong() {
   co_return std::string{};
 }
 
-// Reading first, because every write raises events that cannot be told from another program's.
+// Reading first, because every write raises events that look like those of another program's write.
 TrackerTask<void> EmsconSettings::ensure() {
   std::string wrong;
   for (int attempt = 0; in_doubt_ && attempt < 3; ++attempt) {

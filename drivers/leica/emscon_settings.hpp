@@ -30,11 +30,11 @@ class EmsconSettings {
   /// Writes all of them and reads them back.
   TrackerTask<void> write(Wanted wanted);
   // From the next ensure() on:
-  void use_air(const Air& air);  ///< where air is told at all
+  void use_air(const Air& air);  ///< only if the air is configured
   void use_time(std::int32_t measure_ms);
-  /// Reads them back where somebody may have changed one, and writes them again where he has.
+  /// Reads them back if another program may have changed one, and writes them again if it has.
   TrackerTask<void> ensure();
-  /// Whether somebody may have changed one since they were last read.
+  /// Whether another program may have changed one since they were last read.
   bool in_doubt() const { return in_doubt_; }
 
  private:

@@ -104,7 +104,7 @@ void EmsconTracker::Session::observe(const TrackerPacket& packet) {
   if (change->event == SystemEvent::LaserWarmedUp) warm_up_.has_warmed_up();
 }
 
-/// What is to be told to the tracker of the air, where anything is.
+/// The air to set in the tracker, if any.
 TrackerResult<std::optional<Air>> EmsconTracker::Session::air_now() const {
   if (!options_.air) return std::nullopt;
   auto air = options_.air();

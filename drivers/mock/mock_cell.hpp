@@ -55,7 +55,7 @@ class MockCell {
   Clock& clock() { return clock_; }
   void use_faults(const MockFaults& faults) { options_.faults = faults; }
 
-  /// Begins a motion that goes on whether or not anybody waits for its end.
+  /// Begins a motion that continues whether or not a caller waits for its end.
   void start_motion(const JointVector& q, double speed_percent);
   void stop_motion();
   TimePoint motion_ends() const;
@@ -79,10 +79,10 @@ class MockCell {
     if (sigma_rad <= 0) return std::nullopt;
     return noisy_orientation(arm_.R_WT(q()), sigma_rad, random_);
   }
-  /// Somebody ran into the tracker: from now on everything is elsewhere for it.
+  /// The tracker was pushed: from now on it sees everything elsewhere.
   void bump_tracker(const Eigen::Vector3d& by_mm) { bumped_mm_ += by_mm; }
 
-  /// Somebody puts the arm's first reflector elsewhere on the flange.
+  /// Moves the arm's first reflector to another place on the flange.
   void put_reflector(const Eigen::Vector3d& p_FS_mm) { arm_.put_reflector(p_FS_mm); }
 
   /// The program sets another tool.

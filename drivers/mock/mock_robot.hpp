@@ -27,7 +27,7 @@ class MockRobot final : public Robot {
   /// The arm stands at once; released, a motion under way is continued.
   void press_emergency_stop(bool pressed);
   /// The state server tells the arm's number, too; none: not.
-  void tell_serial(std::optional<std::string> serial) { serial_ = std::move(serial); }
+  void set_serial(std::optional<std::string> serial) { serial_ = std::move(serial); }
 
  private:
   bool may_move() const { return !emergency_stop_ && cell_.clock().now() >= drives_off_until_; }

@@ -30,12 +30,12 @@ class VirtualClock final : public Clock {
 
   std::size_t sleepers() const { return sleepers_.size(); }
 
-  // For whoever moves time himself:
+  // For a caller that advances the time itself:
   /// When the next sleeper is to wake.
   std::optional<TimePoint> next_wake() const;
   /// Moves time to the next sleeper, who is ready then. There is one.
   void wake_first();
-  /// Moves time, and wakes nobody. A time that has passed changes nothing.
+  /// Advances the time without waking a waiter. A time that has passed changes nothing.
   void pass_to(TimePoint when) { now_ = std::max(now_, when); }
 
  private:

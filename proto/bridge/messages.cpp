@@ -51,7 +51,7 @@ void check(const record::Io& io, const Status& x) {
   if (silent && x.why.empty()) io.fail("missing key 'why' with this state");
 }
 void layout(record::Io& io, SetReflector& x) { io("name", x.name); }
-/// Not bounded: what cannot be is told with what to do about it (drivers/plausible_point).
+/// Without limits: drivers/plausible_point reports impossible values and what to do.
 void layout_air(record::Io& io, Air& air) {
   io("temperature_c", air.temperature_c);
   io("pressure_mbar", air.pressure_mbar);
@@ -122,7 +122,7 @@ json::string text_of(std::string_view text) {
   return json::string{json::string_view{text.data(), text.size()}};
 }
 
-Misasked misasked(std::optional<std::int64_t> id, ErrorCode code, std::string text) {
+BadRequestReply bad_request_reply(std::optional<std::int64_t> id, ErrorCode code, std::string text) {
   return {id, Refusal::of(code, std::move(text))};
 }
 
@@ -135,17 +135,18 @@ std::optional<std::int64_t> id_of(const json::object& line) {
 
 /// The request of the kind at this place among all.
 template <std::size_t kKind = 0>
-std::expected<Asked, Misasked> decode_kind(std::int64_t id, std::string_view name, const json::object& line) {
+std::expected<Asked, BadRequestReply> decode_kind(std::int64_t id, std::string_view name,
+                                                  const json::object& line) {
   if constexpr (kKind == std::variant_size_v<Request>) {
     return std::unexpected(
-        misasked(id, ErrorCode::NotOffered, "there is no request \"" + std::string{name} + "\""));
+        bad_request_reply(id, ErrorCode::NotOffered, "there is no request \"" + std::string{name} + "\""));
   } else {
     using Kind = std::variant_alternative_t<kKind, Request>;
     if (name != Kind::kName) return decode_kind<kKind + 1>(id, name, line);
     auto request = record::from_json<Kind>(json::value(line));
     if (!request)
-      return std::unexpected(
-          misasked(id, ErrorCode::BadRequest, std::string{name} + ": " + std::move(request.error())));
+      return std::unexpected(bad_request_reply(id, ErrorCode::BadRequest,
+                                               std::string{name} + ": " + std::move(request.error())));
     return Asked{id, *std::move(request)};
   }
 }
@@ -195,19 +196,21 @@ std::string encode_refusal(std::optional<std::int64_t> id, const Refusal& refusa
 
 std::string encode(const Event& event) { return line_of({}, record::to_json(event)); }
 
-std::expected<Asked, Misasked> decode_request(std::string_view line) {
+std::expected<Asked, BadRequestReply> decode_request(std::string_view line) {
   const auto parsed = control::parse_json(line);
-  if (!parsed) return std::unexpected(misasked(std::nullopt, ErrorCode::BadRequest, parsed.error()));
+  if (!parsed) return std::unexpected(bad_request_reply(std::nullopt, ErrorCode::BadRequest, parsed.error()));
   const json::object* object = parsed->if_object();
   if (object == nullptr)
-    return std::unexpected(misasked(std::nullopt, ErrorCode::BadRequest, "expected one JSON object a line"));
+    return std::unexpected(
+        bad_request_reply(std::nullopt, ErrorCode::BadRequest, "expected one JSON object a line"));
   const auto id = id_of(*object);
   if (!id)
     return std::unexpected(
-        misasked(std::nullopt, ErrorCode::BadRequest, "id: expected a whole number of 1 or more"));
+        bad_request_reply(std::nullopt, ErrorCode::BadRequest, "id: expected a whole number of 1 or more"));
   const json::value* name = object->if_contains("do");
   if (name == nullptr || !name->is_string())
-    return std::unexpected(misasked(id, ErrorCode::BadRequest, "do: expected the name of a request"));
+    return std::unexpected(
+        bad_request_reply(id, ErrorCode::BadRequest, "do: expected the name of a request"));
   return decode_kind(*id, {name->get_string().data(), name->get_string().size()}, *object);
 }
 

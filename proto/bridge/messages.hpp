@@ -49,7 +49,7 @@ struct Hello {
   std::string client;        ///< for the bridge's log
 };
 
-/// What a bridge can be told to do to the tracker, so that a client may be tried.
+/// Faults of the tracker that a bridge can be asked to simulate, to test a client.
 enum class Rehearsal { BeamBreak, WarmedUp };
 inline constexpr std::array kRehearsals{Named{"beam-break", Rehearsal::BeamBreak},
                                         Named{"warmed-up", Rehearsal::WarmedUp}};
@@ -166,7 +166,7 @@ struct Rehearse {
 using Request = std::variant<Hello, GetStatus, Initialise, SetReflector, SetAir, DoAim, DoMeasure, SetFace,
                              Stop, Ping, Rehearse>;
 
-// ---- What it says beside that
+// ---- Events and errors
 
 enum class ErrorCode {
   Busy,
@@ -216,8 +216,8 @@ enum class EventKind {
   Busy,
   Ready,
   WarmingUp,
-  WarmedUp,         ///< the tracker is to be initialised anew
-  SettingsChanged,  ///< by somebody else than this client: reflector, air or face
+  WarmedUp,         ///< the tracker has to be initialised again
+  SettingsChanged,  ///< by another client than this one: reflector, air or face
   Closing,          ///< the bridge ends
 };
 inline constexpr std::array kEvents{Named{"beam-lost", EventKind::BeamLost},
@@ -291,12 +291,12 @@ struct Asked {
   Request request;
 };
 /// A request that cannot be carried out as it stands, and what to answer.
-struct Misasked {
+struct BadRequestReply {
   std::optional<std::int64_t> id;
   Refusal refusal;
 };
 /// What a bridge was sent.
-std::expected<Asked, Misasked> decode_request(std::string_view line);
+std::expected<Asked, BadRequestReply> decode_request(std::string_view line);
 
 struct Reply {
   std::optional<std::int64_t> id;

@@ -55,7 +55,7 @@ inline constexpr const char* kDaemonName = "trueposed";
 inline constexpr const char* kTokenFileName = "token file";  ///< who shows the token file's token
 inline constexpr const char* kLocalUserStart = "uid ";       ///< and a number: who comes over the Unix socket
 
-/// Why somebody cannot be called this; empty: he can.
+/// Why this cannot be a user's name; empty: it can.
 std::string access_name_fault(const std::string& name);
 
 /// An entry for a token: a new salt, and the hash.

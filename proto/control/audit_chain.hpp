@@ -40,7 +40,7 @@ std::optional<AuditHead> audit_base(std::istream& trail);
 std::expected<AuditHead, std::string> follow_audit(std::istream& trail, AuditHead base,
                                                    const std::function<void(const AuditLine&)>& each = {});
 
-/// The end of a trail, kept beside it: of a trail that lost its last lines nothing else tells.
+/// The end of a trail, in a file of its own: only it shows that a trail lost its last lines.
 std::string head_text(const AuditHead& head);
 std::expected<AuditHead, std::string> read_head(std::string_view text);
 

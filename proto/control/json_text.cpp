@@ -65,8 +65,8 @@ void append(std::string& out, const json::value& value) {
   }
 }
 
-/// The double that a number's text says, rounded once. Boost.JSON's own may be some units of the last place
-/// beside it.
+/// The double that a number's text says, rounded once. Boost.JSON's own may differ by some units in the last
+/// place.
 /// @param near  Boost.JSON's, which stays where the text is too large or too small for a double
 double exact(json::string_view text, double near) {
   std::from_chars(text.data(), text.data() + text.size(), near);

@@ -34,7 +34,7 @@ class LineSplitter {
       if (!line.empty()) return line;
     }
   }
-  /// The line at the front is longer than allowed: there is no way to go on with this stream.
+  /// The line at the front is longer than allowed: there is no way to continue with this stream.
   bool overflowed() const {
     const auto end = buffer_.find('\n', begin_);
     return (end == std::string::npos ? buffer_.size() : end) - begin_ > max_line_;

@@ -16,8 +16,8 @@
 namespace truepose::control {
 
 /// Reads the parameters of one call. Ask for each, then finish(): it reports the first thing that was wrong,
-/// a parameter nobody asked for included. Values read before that are usable only if it reports nothing, so
-/// none of these may end without it: what was wrong would be taken for what was left out.
+/// an unexpected parameter included. Values read before that are usable only if it reports nothing, so none
+/// of these may end without it: what was wrong would be taken for what was left out.
 ///
 ///   ParamReader read{params};
 ///   const auto poses = read.integer("poses", 1, 1000).value_or(30);

@@ -61,7 +61,7 @@ enum class AckError {
   None = 0,
   OutOfRange = 1,  ///< a target outside $SOFTN_END..$SOFTP_END; nothing moved
   UnknownType = 2,
-  Stopped = 3,        ///< a stop is in force: release it first
+  Stopped = 3,        ///< a stop is in effect: release it first
   NotInPosition = 4,  ///< the axes did not reach the target within tolerance
   LinkLost = 5,       ///< the connection broke during the motion
   Rsi = 6,            ///< RSI could not be opened
@@ -107,18 +107,18 @@ struct State {
   std::int32_t id = 0;        ///< of the Control that it answers
   OperatingMode mode = OperatingMode::T1;
   int override_percent = 100;
-  ProgramState program = ProgramState::Free;        ///< of the robot interpreter
-  bool drives_ready = false;                        ///< $PERI_RDY
-  bool no_emergency_stop = false;                   ///< $ALARM_STOP: TRUE = none is pressed
-  bool gate_closed = false;                         ///< $USER_SAF: TRUE = operator safety closed
-  bool stop_message = false;                        ///< $STOPMESS; a stop by ControlOp::Stop does not set it
-  bool moving = false;                              ///< $PRO_MOVE
-  bool in_position = false;                         ///< no axis moves
-  std::optional<int> serial;                        ///< $KR_SERIALNO; none from a program that does not send it
-  Axes axes_rad{};                                  ///< $AXIS_ACT_MEAS
-  std::array<double, 6> pose{};                     ///< $POS_ACT: X Y Z in mm, A B C in deg
-  std::optional<int> base = 0;                      ///< $ACT_BASE; a state may come without
-  std::optional<int> tool = 0;                      ///< $ACT_TOOL; likewise
+  ProgramState program = ProgramState::Free;  ///< of the robot interpreter
+  bool drives_ready = false;                  ///< $PERI_RDY
+  bool no_emergency_stop = false;             ///< $ALARM_STOP: TRUE = none is pressed
+  bool gate_closed = false;                   ///< $USER_SAF: TRUE = operator safety closed
+  bool stop_message = false;                  ///< $STOPMESS; a stop by ControlOp::Stop does not set it
+  bool moving = false;                        ///< $PRO_MOVE
+  bool in_position = false;                   ///< no axis moves
+  std::optional<int> serial;                  ///< $KR_SERIALNO; none from a program that does not send it
+  Axes axes_rad{};                            ///< $AXIS_ACT_MEAS
+  std::array<double, 6> pose{};               ///< $POS_ACT: X Y Z in mm, A B C in deg
+  std::optional<int> base = 0;                ///< $ACT_BASE; a state may come without
+  std::optional<int> tool = 0;                ///< $ACT_TOOL; likewise
   std::optional<std::array<double, 6>> tool_frame;  ///< $TOOL: X Y Z in mm, A B C in deg; none without one
   std::optional<std::array<double, 6>> base_frame;  ///< $BASE; likewise
   std::optional<double> load_kg;                    ///< $LOAD.M; none where the controller has none

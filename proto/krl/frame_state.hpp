@@ -21,7 +21,7 @@ struct FrameSettings {
 /// @param file  that it stands in
 FrameSettings settings_of(const ProgramStatement& statement, std::size_t file);
 
-/// Tool and base in force, while statements are read one after the other.
+/// Tool and base in effect, while statements are read one after the other.
 class FrameState {
  public:
   /// @param variables, data  outlive the state
@@ -31,14 +31,14 @@ class FrameState {
   /// @param interrupts  what is set there at any time, and so never known
   void begin(std::size_t file, std::string_view module, const FrameSettings& interrupts);
 
-  /// What is in force at a motion.
-  struct InForce {
+  /// What is in effect at a motion.
+  struct InEffect {
     std::size_t tool = 0, base = 0;  ///< of frames()
     bool fixed_tool = false;
-    bool operator==(const InForce&) const = default;
+    bool operator==(const InEffect&) const = default;
   };
-  const InForce& in_force() const { return now_; }
-  void restore(const InForce& in_force) { now_ = in_force; }
+  const InEffect& in_effect() const { return now_; }
+  void restore(const InEffect& in_effect) { now_ = in_effect; }
   const std::vector<FrameValue>& frames() const { return frames_; }
 
   /// @param number  of the routine whose statements follow
@@ -75,7 +75,7 @@ class FrameState {
   FrameSettings interrupts_;
   std::vector<FrameValue> frames_;
   std::map<std::pair<Kind, int>, std::size_t> numbered_;  // of this module
-  InForce given_, started_, now_;                         // given_: for the start of all files
+  InEffect given_, started_, now_;                        // given_: for the start of all files
   std::size_t file_ = 0;
   Scope scope_;
 };

@@ -71,7 +71,7 @@ Tokens Cutter::next() {
   for (bool is_whole = false; !is_whole && at_ < text_.size(); ++line_) {
     const std::size_t before = tokens_.size();
     read_line();
-    // A line of a comment does not end what goes on behind it.
+    // A line of a comment does not end what continues behind it.
     is_whole = tokens_.size() > before && !tokens_.back().is(",");
   }
   return tokens_;

@@ -91,7 +91,7 @@ class Reader {
   void read_relative(const ProgramStatement& statement);
   bool read_shifted(const Expression& target);
   void add_offset(Offset offset, Spot spot);
-  void note_change(const FrameState::InForce& before, Spot spot);
+  void note_change(const FrameState::InEffect& before, Spot spot);
   void add_step(Spot spot, std::optional<std::size_t> point);
   void leave_target(Spot spot, std::string_view name, Hindrance why);
   void leave(Spot spot, std::string_view name, Hindrance why, bool absolute);
@@ -111,7 +111,7 @@ class Reader {
   int nesting_ = 0;
   bool noted_change_ = false;
   bool knows_place_ = false;  // the arm comes from the step before, whatever happened between
-  std::optional<FrameState::InForce> before_spline_;
+  std::optional<FrameState::InEffect> before_spline_;
   std::vector<std::optional<std::size_t>> points_;  // of Program::points, by variable
   std::vector<bool> used_;                          // variables that motions go to
   std::set<std::string, std::less<>> left_names_;   // said once each
@@ -154,7 +154,7 @@ void Reader::read_statement(const ProgramStatement& statement) {
     return first.word().ends_with("_REL") ? read_relative(statement) : read_motion(statement);
 
   if (may_move_on(statement)) knows_place_ = false;
-  const auto before = frames_.in_force();
+  const auto before = frames_.in_effect();
   if (first.is_any_of({"SPLINE", "PTP_SPLINE"})) {
     before_spline_ = before;
     return frames_.carry_out(statement.settings());
@@ -183,7 +183,7 @@ void Reader::read_relative(const ProgramStatement& statement) {
     knows_place_ = false;
     return;
   }
-  const auto before = frames_.in_force();
+  const auto before = frames_.in_effect();
   frames_.carry_out(motion->settings);
   add_offset({.kind = of_axes                   ? Offset::Kind::Axes
                       : motion->frame == "TOOL" ? Offset::Kind::Tool
@@ -224,8 +224,8 @@ bool Reader::read_shifted(const Expression& target) {
   return true;
 }
 
-void Reader::note_change(const FrameState::InForce& before, Spot spot) {
-  const FrameState::InForce& now = frames_.in_force();
+void Reader::note_change(const FrameState::InEffect& before, Spot spot) {
+  const FrameState::InEffect& now = frames_.in_effect();
   const auto differs = [&](std::size_t was, std::size_t is) {
     const FrameValue &a = frames_.frames()[was], &b = frames_.frames()[is];
     return a.state != FrameValue::State::Unset && (a.state != b.state || a.X.matrix() != b.X.matrix());
@@ -245,7 +245,7 @@ void Reader::read_motion(const ProgramStatement& statement) {
   if (motion->targets.size() < motion->target_count())
     throw Fault{tokens[0].at, std::string(tokens[0].text) + " has too few targets; it goes to " +
                                   std::to_string(motion->target_count())};
-  const auto before = frames_.in_force();
+  const auto before = frames_.in_effect();
   frames_.carry_out(motion->settings);
   for (const Expression& target : motion->targets) read_target(target);
   if (motion->angle) leave_target(spot_of(tokens[0]), {}, hindrance<HindranceKind::Arc>());
@@ -311,7 +311,7 @@ void Reader::go_to(std::size_t index, std::string_view name, Spot spot) {
 }
 
 void Reader::add_step(Spot spot, std::optional<std::size_t> point) {
-  const auto& now = frames_.in_force();
+  const auto& now = frames_.in_effect();
   program_.steps.push_back({.spot = spot,
                             .point = point,
                             .offset = {},

@@ -118,14 +118,14 @@ struct Program {
   std::vector<ProgramFault> unread;  ///< of an archive: files of which nothing was taken
 };
 
-/// TCP (in the flange frame) and base that are in force where a routine starts, and those of TOOL_DATA and
+/// TCP (in the flange frame) and base that are in effect where a routine starts, and those of TOOL_DATA and
 /// BASE_DATA that the texts do not give; mm.
 struct StartFrames {
   std::optional<Eigen::Isometry3d> tool, base;
   std::map<int, Eigen::Isometry3d> tools{}, bases{};
 };
 
-/// Finds the targets of all motions with the tool and the base in force, in the order of the texts: branches
+/// Finds the targets of all motions with the tool and the base in effect, in the order of the texts: branches
 /// and loops are read once, called programs are not followed. What a called routine of these texts, a GOTO
 /// passed over, a TRIGGER or an interrupt sets is unknown until it is set again. Targets that are computed,
 /// partial, relative or declared elsewhere are left alone, as are declared positions that no motion uses.

@@ -133,7 +133,7 @@ struct Thermal {
   bool chosen = false;
   double without_rms_mm = 0, rms_mm = 0;  ///< of points as the others predict them, whitened
   double time_constant_s = 0;             ///< of warmth by time; 0: by something else
-  double time_constant_poses = 0;         ///< of warmth by the order of the poses, where no time is told
+  double time_constant_poses = 0;         ///< of the warm-up by the order of the poses, if no time is given
   // Where it was chosen:
   std::vector<double> reference_c;  ///< of each joint's drive: of which all else in the document is
   std::vector<double> zero_per_k;   ///< of each joint: deg (mm) per kelvin of its drive
@@ -178,7 +178,7 @@ struct CalibrationDocument {
   std::optional<double> sigma0_mm;
   std::optional<DeviationChoice> non_geometric;  ///< without its terms
   std::optional<FieldChoice> field;              ///< without its regressor
-  std::optional<Thermal> thermal;                ///< where points told how warm the arm was
+  std::optional<Thermal> thermal;                ///< if the points have temperatures of the arm
   std::optional<Observability> observability;
   std::optional<UsedPrior> prior;
   std::optional<Transfer> prediction_uncertainty;  ///< where the covariance is known

@@ -4,7 +4,7 @@
 
 #include "proto/record/io.hpp"
 
-/// What befell a campaign beside its points, as documents and answers say it.
+/// Incidents of a campaign, as documents and answers have them.
 namespace truepose::record {
 
 /// A pose that was planned and has no point.
@@ -19,7 +19,7 @@ inline void layout(Io& io, SkippedPose& x) {
   io("reason", x.reason);
 }
 
-/// After which the campaign went on.
+/// After which the campaign continued.
 struct Interruption {
   std::string interrupted, resumed;  ///< RFC 3339
   std::string found;                 ///< what had become of the cell meanwhile, in words

@@ -5,8 +5,8 @@
 
 #include "core/arm/joint_units.hpp"
 #include "core/calibrate/calibration.hpp"
+#include "core/choices.hpp"
 #include "core/math/angles.hpp"
-#include "core/plan/design.hpp"
 #include "core/plan/scene.hpp"
 #include "core/quality/calibration_verdict.hpp"
 #include "proto/record/arm_document.hpp"

@@ -49,7 +49,7 @@ void layout(Io& io, FrameDocument& x) {
 namespace {
 
 /// What the orientations in which a tool was measured leave in its TCP; empty where they differ enough.
-std::string told_by_orientations(const FrameReadings& data, const RobotModel& robot) {
+std::string orientation_note(const FrameReadings& data, const RobotModel& robot) {
   constexpr double kEnough_rad = 15 * kRadPerDeg;
   std::vector<Eigen::Matrix3d> turns;
   for (const FrameReading& reading : data.readings)
@@ -64,7 +64,7 @@ std::string told_by_orientations(const FrameReadings& data, const RobotModel& ro
 
 /// Whether the readings would show that base or tracker have moved since the model was made; empty where they
 /// would.
-std::string told_by_shift(const std::optional<BaseShift>& shift) {
+std::string shift_note(const std::optional<BaseShift>& shift) {
   constexpr double kLittle_mm = 0.5;
   if (!shift)
     return "The readings do not show whether base or tracker have moved since the model was made: check the drift "
@@ -77,7 +77,7 @@ std::string told_by_shift(const std::optional<BaseShift>& shift) {
 }
 
 /// That the arm is not what its model has it to be; empty where it may be.
-std::string told_by_scatter(const std::optional<double>& sigma0) {
+std::string scatter_note(const std::optional<double>& sigma0) {
   constexpr double kFar = 5;
   if (!sigma0 || *sigma0 < kFar) return {};
   return formatted(
@@ -89,16 +89,16 @@ std::string told_by_scatter(const std::optional<double>& sigma0) {
 }  // namespace
 
 FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings& data,
-                                const MeasuredFrame& frame, const Eigen::Isometry3d& X_told,
+                                const MeasuredFrame& frame, const Eigen::Isometry3d& X_controller,
                                 const MeasuringCell& by) {
   const Eigen::Matrix<double, 6, 1> sigmas = frame.covariance.diagonal().cwiseSqrt();
   FrameDocument document{
       .kind = kind,
       .number = number,
-      .X = X_told,
+      .X = X_controller,
       .sigma_mm = sigmas.head<3>(),
       .sigma0 = frame.sigma0,
-      .krl = krl::frame_statement(kind == FrameKind::Tool ? "TOOL_DATA" : "BASE_DATA", number, X_told)};
+      .krl = krl::frame_statement(kind == FrameKind::Tool ? "TOOL_DATA" : "BASE_DATA", number, X_controller)};
   if (frame.is_orientation_known) document.sigma_deg = kDegPerRad * sigmas.tail<3>();
   for (std::size_t i = 0; i < data.readings.size(); ++i) {
     document.readings.push_back(
@@ -120,11 +120,11 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
   if (!frame.is_orientation_known)
     document.notes.push_back("A, B, C were not measured, but taken as given (--orientation).");
   if (kind == FrameKind::Tool)
-    if (const std::string note = told_by_orientations(data, by.cell.robot); !note.empty())
+    if (const std::string note = orientation_note(data, by.cell.robot); !note.empty())
       document.notes.push_back(note);
   const bool is_explained = !frame.doubtful.empty() || (frame.shift && frame.shift->is_real());
   if (is_explained || !frame.is_contradictory())
-    if (const std::string note = told_by_scatter(frame.sigma0); !note.empty()) document.notes.push_back(note);
+    if (const std::string note = scatter_note(frame.sigma0); !note.empty()) document.notes.push_back(note);
   if (frame.coordinates_off_mm > 0)
     document.notes.push_back(
         formatted("The points are not where their stated coordinates have them, by more than the "
@@ -133,7 +133,7 @@ FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings&
   const bool seen = std::ranges::any_of(
       data.readings, [](const FrameReading& reading) { return reading.p_WS_mm.has_value(); });
   if (kind == FrameKind::Tool && seen)
-    if (const std::string note = told_by_shift(frame.shift); !note.empty()) document.notes.push_back(note);
+    if (const std::string note = shift_note(frame.shift); !note.empty()) document.notes.push_back(note);
   return document;
 }
 
@@ -143,8 +143,8 @@ std::expected<FrameDocument, std::string> read_frame_document(const boost::json:
   return from_json<FrameDocument>(document);
 }
 
-std::string tool_statement(int number, const Eigen::Isometry3d& X_told) {
-  return krl::frame_statement("TOOL_DATA", number, X_told);
+std::string tool_statement(int number, const Eigen::Isometry3d& X_controller) {
+  return krl::frame_statement("TOOL_DATA", number, X_controller);
 }
 
 std::string why_not_usable(const FrameDocument& document) {

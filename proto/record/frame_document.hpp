@@ -42,7 +42,7 @@ struct FrameDocument {
 
   FrameKind kind = FrameKind::Tool;
   int number = 1;                                       ///< of TOOL_DATA or BASE_DATA
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< in the digits that the controller is told
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();  ///< rounded to the digits of KUKA's display
   Eigen::Vector3d sigma_mm{0, 0, 0};
   std::optional<Eigen::Vector3d> sigma_deg;  ///< of turns about the outer axes; none: not measured
   std::optional<double> sigma0;              ///< scatter in multiples of the noise; none: no reading is spare
@@ -59,19 +59,19 @@ struct FrameDocument {
   std::string yaml;  ///< its file, of a frame that a campaign has measured; else empty
 };
 
-/// What was measured, to be told.
-/// @param X_told  in the digits told
+/// The document of a measured frame.
+/// @param X_controller  rounded to the digits of KUKA's display
 /// @param by      how it was measured
 FrameDocument frame_document_of(FrameKind kind, int number, const FrameReadings& data,
-                                const MeasuredFrame& frame, const Eigen::Isometry3d& X_told,
+                                const MeasuredFrame& frame, const Eigen::Isometry3d& X_controller,
                                 const MeasuringCell& by);
 
 boost::json::object frame_document(const FrameDocument& document);
 /// @return the document, or one sentence that names the member
 std::expected<FrameDocument, std::string> read_frame_document(const boost::json::value& document);
 
-/// What the controller is told of a tool.
-std::string tool_statement(int number, const Eigen::Isometry3d& X_told);
+/// The KRL statement that sets a tool.
+std::string tool_statement(int number, const Eigen::Isometry3d& X_controller);
 
 /// Why the frame is not to be used: rows that the others contradict, or a model that they do. Empty where it
 /// is.

@@ -269,6 +269,37 @@ class Io {
   }
 };
 
+/// What is common to every Io that does not read: nothing is refused, and what it does not use is passed
+/// over.
+class WriteIo : public Io {
+ public:
+  bool reads() const override { return false; }
+  bool has(std::string_view, bool there) const override { return there; }
+  [[noreturn]] void fail(const std::string&) const override;
+  [[noreturn]] void fail_at(std::string_view, const std::string&) const override;
+  [[noreturn]] void fail_at(std::string_view, std::size_t, const std::string&) const override;
+  void require(std::string_view) const override {}
+
+ protected:
+  void leave() override {}
+  void begin_record(const std::function<void(Io&)>&) override {}
+  void end_record() override {}
+  std::size_t begin_list(std::size_t size) override { return size; }
+  void enter_element(std::size_t) override {}
+  void end_list() override {}
+  std::size_t begin_members(std::size_t size) override { return size; }
+  std::string enter_member(std::size_t, std::string_view) override { return {}; }
+  void end_members() override {}
+  void number(double&, Range) override {}
+  void whole(std::int64_t&, Whole) override {}
+  void seed(std::uint64_t&) override {}
+  void boolean(bool&) override {}
+  void text(std::string&, bool) override {}
+  void file(std::filesystem::path&) override {}
+  void write_word(std::string_view) override {}
+  [[noreturn]] std::string read_word(const std::vector<std::string_view>&) override;
+};
+
 /// The keys of a record, in their order.
 std::vector<std::string> keys_of(const std::function<void(Io&)>& layout);
 

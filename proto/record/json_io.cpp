@@ -15,18 +15,9 @@ namespace json = boost::json;
 json::string_view view(std::string_view text) { return {text.data(), text.size()}; }
 
 /// Writes a value of JSON. Every value under way stands in the one before it.
-class JsonWriter final : public Io {
+class JsonWriter final : public WriteIo {
  public:
   json::value document;
-
-  bool reads() const override { return false; }
-  bool has(std::string_view, bool there) const override { return there; }
-  [[noreturn]] void fail(const std::string&) const override { std::abort(); }
-  [[noreturn]] void fail_at(std::string_view, const std::string&) const override { std::abort(); }
-  [[noreturn]] void fail_at(std::string_view, std::size_t, const std::string&) const override {
-    std::abort();
-  }
-  void require(std::string_view) const override {}
 
  private:
   bool enter(Presence presence, std::string_view key, bool there) override {
@@ -38,13 +29,11 @@ class JsonWriter final : public Io {
   }
   void leave() override { path_.pop_back(); }
   void begin_record(const std::function<void(Io&)>&) override { top().emplace_object(); }
-  void end_record() override {}
   std::size_t begin_list(std::size_t size) override {
     top().emplace_array().resize(size);
     return size;
   }
   void enter_element(std::size_t i) override { path_.push_back(&top().get_array()[i]); }
-  void end_list() override {}
   std::size_t begin_members(std::size_t size) override {
     top().emplace_object();
     return size;
@@ -53,7 +42,6 @@ class JsonWriter final : public Io {
     path_.push_back(&top().get_object()[view(key)]);
     return {};
   }
-  void end_members() override {}
 
   void number(double& x, Range) override { top() = x; }
   void whole(std::int64_t& x, Whole) override { top() = x; }
@@ -62,7 +50,6 @@ class JsonWriter final : public Io {
   void text(std::string& x, bool) override { top() = x; }
   void file(std::filesystem::path& x) override { top() = x.string(); }
   void write_word(std::string_view word) override { top() = view(word); }
-  std::string read_word(const std::vector<std::string_view>&) override { std::abort(); }
 
   json::value& top() { return *path_.back(); }
 

@@ -61,7 +61,7 @@ std::vector<PositionerDocument::Link> links_of(const std::vector<IdentifiedParam
 
 /// That the root is so far from where it was given that something else may have been measured; empty where it
 /// is not.
-std::string told_by_distance(const Eigen::Isometry3d& X_BR, const Eigen::Isometry3d& X_given) {
+std::string distance_note(const Eigen::Isometry3d& X_BR, const Eigen::Isometry3d& X_given) {
   constexpr double kFar_mm = 50, kFar_rad = 3 * kRadPerDeg;
   const double far_mm = (X_BR.translation() - X_given.translation()).norm();
   const double turned_rad = angle_between(X_given.linear(), X_BR.linear());
@@ -75,25 +75,25 @@ std::string told_by_distance(const Eigen::Isometry3d& X_BR, const Eigen::Isometr
 }  // namespace
 
 PositionerDocument positioner_document_of(int number, const PositionerRoot& root,
-                                          const Eigen::Isometry3d& X_told, const MeasuringCell& arm,
+                                          const Eigen::Isometry3d& X_controller, const MeasuringCell& arm,
                                           const MeasuringCell& table,
                                           const std::vector<IdentifiedParameter>& parameters,
                                           const std::optional<Eigen::Isometry3d>& X_given) {
   const Eigen::Matrix<double, 6, 1> sigmas = root.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   PositionerDocument document{.number = number,
-                              .X_BR = X_told,
+                              .X_BR = X_controller,
                               .sigma_mm = sigmas.head<3>(),
                               .sigma_deg = kDegPerRad * sigmas.tail<3>(),
                               .axes = axes_of(arm, table),
                               .links = links_of(parameters),
-                              .krl = krl::frame_statement("MACHINE_DEF", number, X_told, ".ROOT")};
+                              .krl = krl::frame_statement("MACHINE_DEF", number, X_controller, ".ROOT")};
   if (table.cell.robot.joint_count() == 1)
     document.notes.push_back(
         std::string("No reading shows the root's turn about the axis and its place along it: it is ") +
         (X_given ? "as --root has it."
                  : "as near to the robot's base as may be; --root says where the controller has it."));
   if (X_given)
-    if (const std::string note = told_by_distance(X_told, *X_given); !note.empty())
+    if (const std::string note = distance_note(X_controller, *X_given); !note.empty())
       document.notes.push_back(note);
   if (arm.covariance.size() == 0 || table.covariance.size() == 0)
     document.notes.push_back("A model has no covariance, so sigma is too small; calibrate again to have it.");

@@ -18,16 +18,15 @@ struct PositionerDocument {
     int joint = 1;  ///< from 1
     Eigen::Vector3d p_mm, direction;
   };
-  /// What the table's readings told of its links.
+  /// What the table's readings show of its links.
   struct Link {
     std::string name, unit;  ///< "link2.a", "mm"
     double nominal = 0, value = 0, sigma = 0;
   };
 
-  int number = 2;  ///< of MACHINE_DEF
-  Eigen::Isometry3d X_BR =
-      Eigen::Isometry3d::Identity();                      ///< ROOT, in the digits that the controller is told
-  Eigen::Vector3d sigma_mm{0, 0, 0}, sigma_deg{0, 0, 0};  ///< of turns about the axes of the base
+  int number = 2;                                          ///< of MACHINE_DEF
+  Eigen::Isometry3d X_BR = Eigen::Isometry3d::Identity();  ///< ROOT, rounded to the digits of KUKA's display
+  Eigen::Vector3d sigma_mm{0, 0, 0}, sigma_deg{0, 0, 0};   ///< of turns about the axes of the base
   std::vector<Axis> axes;
   std::vector<Link> links;
   std::vector<std::string> notes;
@@ -35,11 +34,11 @@ struct PositionerDocument {
   std::optional<FrameDocument> workpiece;  ///< on the table by its nominal chain, as BASE_DATA has it
 };
 
-/// @param X_told      the root in the digits told
+/// @param X_controller  the root, rounded to the digits of KUKA's display
 /// @param parameters  of the table's model
 /// @param X_given     root where the controller has it, if that was said
 PositionerDocument positioner_document_of(int number, const PositionerRoot& root,
-                                          const Eigen::Isometry3d& X_told, const MeasuringCell& arm,
+                                          const Eigen::Isometry3d& X_controller, const MeasuringCell& arm,
                                           const MeasuringCell& table,
                                           const std::vector<IdentifiedParameter>& parameters,
                                           const std::optional<Eigen::Isometry3d>& X_given);

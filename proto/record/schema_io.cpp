@@ -18,7 +18,7 @@ json::value bound(double number) {
 }
 
 /// Describes the values that a layout would write. Each value under way is a schema of its own until it ends.
-class SchemaIo final : public Io {
+class SchemaIo final : public WriteIo {
  public:
   json::object schema() && {
     json::object whole = std::move(open_.front().schema);
@@ -26,18 +26,11 @@ class SchemaIo final : public Io {
     return whole;
   }
 
-  bool reads() const override { return false; }
   /// Members that stand behind a condition may be left out.
   bool has(std::string_view, bool) const override {
     open_.back().conditional = true;
     return true;
   }
-  [[noreturn]] void fail(const std::string&) const override { std::abort(); }
-  [[noreturn]] void fail_at(std::string_view, const std::string&) const override { std::abort(); }
-  [[noreturn]] void fail_at(std::string_view, std::size_t, const std::string&) const override {
-    std::abort();
-  }
-  void require(std::string_view) const override {}
 
   Io& about(std::string_view text) override {
     description_ = text;
@@ -100,7 +93,6 @@ class SchemaIo final : public Io {
     if (done.is_required) around.required.emplace_back(done.key);
     around.properties[done.key] = std::move(schema);
   }
-  void begin_record(const std::function<void(Io&)>&) override {}
   void end_record() override {
     Open& record = open_.back();
     json::object schema;
@@ -116,13 +108,10 @@ class SchemaIo final : public Io {
     return 0;
   }
   void enter_element(std::size_t) override { open_.emplace_back(); }
-  void end_list() override {}
   std::size_t begin_members(std::size_t) override {
     open_.back().schema = {{"type", "object"}};
     return 0;
   }
-  std::string enter_member(std::size_t, std::string_view) override { return {}; }
-  void end_members() override {}
 
   void number(double&, Range range) override {
     json::object& schema = open_.back().schema = {{"type", "number"}};
@@ -139,8 +128,6 @@ class SchemaIo final : public Io {
   void boolean(bool&) override { open_.back().schema = {{"type", "boolean"}}; }
   void text(std::string&, bool) override { open_.back().schema = {{"type", "string"}}; }
   void file(std::filesystem::path&) override { open_.back().schema = {{"type", "string"}}; }
-  void write_word(std::string_view) override { std::abort(); }
-  std::string read_word(const std::vector<std::string_view>&) override { std::abort(); }
 
   bool describes() const override { return true; }
   void describe_words(const std::vector<std::string_view>& words) override {

@@ -36,13 +36,13 @@ struct Header {
   std::int64_t clock_origin_ns = 0;  ///< UTC of that clock's 0, ns since 1970
   std::string reason;                ///< a fault's text
   Device robot, tracker;
-  std::string ethernet_xml;                   ///< the RSI configuration in force, as text
+  std::string ethernet_xml;                   ///< the RSI configuration in effect, as text
   std::string nominal_yaml;                   ///< the nominal arm, as a model file
   std::map<std::string, std::string> stream;  ///< options of the stream: name and number
   std::vector<Model> models;
 };
 
-/// How a stream of corrections was told what to do, beside its datagrams.
+/// The commands to a stream of corrections, in addition to its datagrams.
 struct Commands {
   enum class Engagement : std::uint8_t { Off, Leaving, On, Armed };
   Engagement engagement = Engagement::Off;

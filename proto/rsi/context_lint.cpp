@@ -24,14 +24,14 @@ class ContextLint {
   std::vector<Message> findings() {
     link_ = context_.of_type("ETHERNET");
     if (link_ == nullptr) return {message<LintKind::NoEthernet>()};
-    look_at_link();
+    check_link();
     look_for_circles();
-    look_at_correction();
-    look_at_external_axes();
-    look_at_ceiling();
-    look_at_pose_correction();
-    look_at_stop();
-    look_at_program();
+    check_correction();
+    check_external_axes();
+    check_ceiling();
+    check_pose_correction();
+    check_stop();
+    check_program();
     return std::move(findings_);
   }
 
@@ -42,7 +42,7 @@ class ContextLint {
     if (!place.empty()) found.what = place + ": " + found.what;
   }
 
-  void look_at_link() {
+  void check_link() {
     const auto file = link_->values.find("ConfigFile");
     if (file == link_->values.end() || file->second != demands_.ethernet_file) {
       say<LintKind::ConfigFile>(link_->id, file == link_->values.end() ? "RSIEthernet.xml" : file->second,
@@ -90,7 +90,7 @@ class ContextLint {
     return objects;
   }
 
-  void look_at_correction() {
+  void check_correction() {
     const ContextObject* const first = context_.of_type("AXISCORR");
     if (first == nullptr) return say<LintKind::NoAxisCorr>("");
     if (!ethernet_.axis_correction) return;
@@ -102,13 +102,13 @@ class ContextLint {
       } else if (objects.size() > 1) {
         say<LintKind::AxisTwice>("", objects[0]->id, objects[1]->id, name);
       } else {
-        look_at_axis(*objects[0], axis, name, tag);
+        check_axis(*objects[0], axis, name, tag);
       }
     }
   }
 
-  void look_at_axis(const ContextObject& correction, int axis, const std::string& name,
-                    const std::string& tag) {
+  void check_axis(const ContextObject& correction, int axis, const std::string& name,
+                  const std::string& tag) {
     const ContextOutput& wire = correction.inputs.at(axis);
     const auto wanted = channel(tag, ethernet_.receive);
     if (!wanted || wire != ContextOutput{link_->id, *wanted}) {
@@ -122,7 +122,7 @@ class ContextLint {
   }
 
   /// What the daemon sends for an axis of the arm moves no external axis.
-  void look_at_external_axes() {
+  void check_external_axes() {
     for (const ContextObject& object : context_.objects) {
       if (object.type != "AXISCORREXT") continue;
       for (const auto& [input, from] : object.inputs) {
@@ -139,7 +139,7 @@ class ContextLint {
     return from.object == link_->id && element != ethernet_.receive.end() ? element->tag : from.object;
   }
 
-  void look_at_ceiling() {
+  void check_ceiling() {
     const ContextObject* const monitor = context_.of_type("AXISCORRMON");
     for (int axis = 1; axis <= 6; ++axis) {
       const std::string name = "A" + std::to_string(axis);
@@ -151,7 +151,7 @@ class ContextLint {
   }
 
   /// The daemon corrects axes alone: here is only said what this object does.
-  void look_at_pose_correction() {
+  void check_pose_correction() {
     const ContextObject* const correction = context_.of_type("POSCORR");
     if (correction == nullptr) return;
     static constexpr std::array<const char*, 5> kSystems{"the world", "the base", "the robot root",
@@ -185,7 +185,7 @@ class ContextLint {
     return text.empty() ? "no input" : text;
   }
 
-  void look_at_stop() {
+  void check_stop() {
     if (!ethernet_.stop) return;
     const auto wanted = channel(*ethernet_.stop, ethernet_.receive);
     for (const ContextObject& object : context_.objects) {
@@ -201,14 +201,14 @@ class ContextLint {
   }
 
   /// How a production program and the PC understand each other, where the lists have it.
-  void look_at_program() {
-    look_at_input("Tp.Ask", "SEN_PINT", "$SEN_PINT[1]", Setting{"Index", 1});
-    look_at_input("Tp.Pro", "STATUS", "$PRO_STATE",
-                  Setting{"Type", number_of("STATUS", "Type", kProgramState)});
-    look_at_input("Tp.Mode", "STATUS", "the operating mode",
-                  Setting{"Type", number_of("STATUS", "Type", kOperatingMode)});
-    look_at_input("Tp.Ov", "OV_PRO", "$OV_PRO");
-    look_at_input("Tp.Cell", "SEN_PINT", "$SEN_PINT[3]", Setting{"Index", 3});
+  void check_program() {
+    check_input("Tp.Ask", "SEN_PINT", "$SEN_PINT[1]", Setting{"Index", 1});
+    check_input("Tp.Pro", "STATUS", "$PRO_STATE",
+                Setting{"Type", number_of("STATUS", "Type", kProgramState)});
+    check_input("Tp.Mode", "STATUS", "the operating mode",
+                Setting{"Type", number_of("STATUS", "Type", kOperatingMode)});
+    check_input("Tp.Ov", "OV_PRO", "$OV_PRO");
+    check_input("Tp.Cell", "SEN_PINT", "$SEN_PINT[3]", Setting{"Index", 3});
     const auto wanted = channel(kGainTag, ethernet_.receive);
     if (!ethernet_.gain || !wanted) return;
     for (const ContextObject& object : context_.objects) {
@@ -225,9 +225,9 @@ class ContextLint {
     int value;
   };
 
-  /// @param with  how an object of this type is told what to send, where there is a choice
-  void look_at_input(std::string_view tag, std::string_view type, const std::string& what,
-                     std::optional<Setting> with = {}) {
+  /// @param with  the setting of an object of this type that selects the signal, where there is a choice
+  void check_input(std::string_view tag, std::string_view type, const std::string& what,
+                   std::optional<Setting> with = {}) {
     const auto at = channel(tag, ethernet_.send);
     if (!at) return;
     const auto wire = link_->inputs.find(*at);

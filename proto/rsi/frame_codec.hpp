@@ -47,8 +47,8 @@ struct FrameError {
   bool operator==(const FrameError&) const = default;
 };
 
-/// What the SEND list tells of the robot program beside the axes, in attributes of kProgramElement; empty
-/// where it does not.
+/// Signals of the robot program in the SEND list, in attributes of kProgramElement; empty where they are not
+/// sent.
 struct ProgramSignals {
   std::optional<std::int64_t> ask;    ///< Ask: 1 = the program wants to be corrected, 0 = it does not
   std::optional<std::int64_t> state;  ///< Pro, $PRO_STATE: 1 free, 2 reset, 3 active, 4 stopped, 5 ended

@@ -38,7 +38,7 @@ TEST_F(AirFile, RefusesAnotherUnitOfPressure) {
               HasSubstr("air.yaml:1:38: pressure_mbar"));
 }
 
-TEST_F(AirFile, IsReadAnewEachTime) {
+TEST_F(AirFile, IsReadAgainEachTime) {
   const auto source = air_source({.air_file = write(kAirText)});
   ASSERT_TRUE(source().has_value());
   EXPECT_EQ(source()->temperature_c, 23.5);

@@ -178,7 +178,7 @@ TEST_F(CellFile, NamesMeasuredToolsAndTheOneInForce) {
   const std::string tools = std::string{kSmallest} + "tools: [gun.yaml]\n";
   const CellConfig cell = load(tools);
   ASSERT_TRUE(tool_of(cell, 3));
-  EXPECT_EQ(tool_of(cell, 3)->X_told.translation(), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(tool_of(cell, 3)->X_controller.translation(), Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(tool_of(cell, 4), nullptr);
   EXPECT_THAT(error(std::string{kSmallest} + "tools: [gun.yaml, gun.yaml]\n"),
               HasSubstr("another file is of tool 3 too"));
@@ -215,7 +215,7 @@ TEST_F(CellFile, ReadsAddressesAndResolvesPathsFromItsOwnFolder) {
   EXPECT_EQ(load(std::string{kSmallest} + "runtime: run\n").runtime, folder_.path() / "run");
 }
 
-TEST_F(CellFile, KeepsRecordingsBesideTheStoreUnlessAFolderIsNamed) {
+TEST_F(CellFile, KeepsRecordingsInTheStoresFolderUnlessAFolderIsNamed) {
   EXPECT_EQ(load(kSmallest).recording.folder, "/var/lib/cell.sqlite.recordings");
   const CellConfig cell =
       load(std::string{kSmallest} + "recording: {folder: here, ring_mb: 8, max_files: 3}\n");
@@ -251,11 +251,12 @@ TEST_F(CellFile, RefusesBadAddresses) {
       "cell.yaml:3:18: stream.listen: expected host:port, found '::1:7': an IPv6 address stands in brackets");
 }
 
-TEST(Endpoint, IsToldAsItIsReadBack) {
-  for (const std::string told : {"127.0.0.1:7210", "tracker.local:700", "[::1]:0", "[fe80::1%eth0]:54600"}) {
-    const auto endpoint = parse_endpoint(told, 0);
+TEST(Endpoint, IsPrintedAsItIsParsed) {
+  for (const std::string address :
+       {"127.0.0.1:7210", "tracker.local:700", "[::1]:0", "[fe80::1%eth0]:54600"}) {
+    const auto endpoint = parse_endpoint(address, 0);
     ASSERT_TRUE(endpoint) << endpoint.error();
-    EXPECT_EQ(text(*endpoint), told);
+    EXPECT_EQ(text(*endpoint), address);
   }
 }
 
@@ -389,7 +390,7 @@ TEST_F(CellFile, ReportsAMistakeInTheRobotFileThere) {
 
 TEST(OtherToolData, ComparesTheOrientationOfA6DTargetAlone) {
   ToolFile tool{.number = 3, .data = {.points = {{kOrigin, {}}}, .readings = {FrameReading{}}}};
-  Eigen::Isometry3d X = tool.X_told;
+  Eigen::Isometry3d X = tool.X_controller;
   X.rotate(Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitZ()));
   EXPECT_EQ(other_tool_data(tool, X), "");
   X.translation().z() += 1;

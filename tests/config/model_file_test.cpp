@@ -328,7 +328,7 @@ TEST(ModelFile, KnowsWhetherThePayloadMattersAndIsOpen) {
   model.several_payloads = true;
   EXPECT_TRUE(is_payload_open(model));
   model.cell.robot.payload = LinkMass{};
-  EXPECT_FALSE(is_payload_open(model)) << "told, though it is none";
+  EXPECT_FALSE(is_payload_open(model)) << "reported, though it is none";
 }
 
 TEST(ModelFile, RefusesAFlangeThatIsNoRotationAndAMissingPart) {

@@ -34,10 +34,10 @@ RobotModel flat_arm() {
   return arm;
 }
 
-/// The arm's true first joint stands by `error_rad` off what its encoder reads, which the correction takes
-/// away, and its reflector is `beside_mm` beside the plane.
+/// The arm's true first joint differs by `error_rad` from its encoder, which the correction removes. Its
+/// reflector is `off_plane_mm` off the plane.
 ProductionPath curve_path(double dead_time_s, double lag1_s, double lag2_s, double error_rad,
-                          double beside_mm) {
+                          double off_plane_mm) {
   const auto q1 = lagging_axis([&](double t) { return curve_axes(t).q1 - error_rad; }, dead_time_s, lag1_s,
                                kCurvePeriod_s, kCurveSamples),
              q2 = lagging_axis([](double t) { return curve_axes(t).q2; }, dead_time_s, lag2_s, kCurvePeriod_s,
@@ -60,9 +60,9 @@ ProductionPath curve_path(double dead_time_s, double lag1_s, double lag2_s, doub
     const Eigen::Vector3d wanted = flat_flange(set), with = flat_flange({q1[k] + error_rad, q2[k]}),
                           without = flat_flange({set.q1 + error_rad, set.q2});
     file += std::to_string(t) + ",CURVE,0,100";
-    add({wanted.x(), wanted.y(), wanted.z(), 0, 0, 0, with.x(), with.y(), beside_mm});
-    add({without.x(), without.y(), beside_mm, set.q1 * kDegOfRad, set.q2 * kDegOfRad, -error_rad * kDegOfRad,
-         0});
+    add({wanted.x(), wanted.y(), wanted.z(), 0, 0, 0, with.x(), with.y(), off_plane_mm});
+    add({without.x(), without.y(), off_plane_mm, set.q1 * kDegOfRad, set.q2 * kDegOfRad,
+         -error_rad * kDegOfRad, 0});
     add({q1[k] * kDegOfRad, q2[k] * kDegOfRad});
     file += "\n";
   }

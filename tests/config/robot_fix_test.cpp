@@ -33,38 +33,38 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 class RobotFix : public testing::Test {
  protected:
-  /// The text of `text` mended to what `change` makes of it.
-  std::string mended(const std::string& text, auto change) {
+  /// The text of `text`, fixed to the robot that `change` makes of it.
+  std::string fixed(const std::string& text, auto change) {
     const auto file = folder_.write("robot.yaml", text);
     RobotModel robot = load_robot(file);
     change(robot);
-    return mended_robot_text(file, robot);
+    return fixed_robot_text(file, robot);
   }
   TempFolder folder_;
 };
 
 TEST_F(RobotFix, ChangesNumbersAndNothingElse) {
-  EXPECT_EQ(mended(kArm, [](RobotModel& r) { r.joints[0].sign = 1; }), replaced(kArm, "sign: -1", "sign: 1"));
-  EXPECT_EQ(mended(kArm, [](RobotModel& r) { r.joints[1].theta_rad = -std::numbers::pi / 2; }),
+  EXPECT_EQ(fixed(kArm, [](RobotModel& r) { r.joints[0].sign = 1; }), replaced(kArm, "sign: -1", "sign: 1"));
+  EXPECT_EQ(fixed(kArm, [](RobotModel& r) { r.joints[1].theta_rad = -std::numbers::pi / 2; }),
             replaced(kArm, "theta: 0\n", "theta: -90\n"));
-  EXPECT_EQ(mended(kArm, [](RobotModel& r) { std::swap(r.joints[1].a_mm, r.joints[1].d_mm); }),
+  EXPECT_EQ(fixed(kArm, [](RobotModel& r) { std::swap(r.joints[1].a_mm, r.joints[1].d_mm); }),
             replaced(replaced(kArm, "a: 10", "a: 5"), "d:   5", "d:   10"));
-  EXPECT_EQ(mended(kArm, [](RobotModel& r) { r.X_flange.translation().z() = 12.5; }),
+  EXPECT_EQ(fixed(kArm, [](RobotModel& r) { r.X_flange.translation().z() = 12.5; }),
             replaced(kArm, "z: 0", "z: 12.5"));
-  EXPECT_EQ(mended(kArm, [](RobotModel&) {}), kArm);
+  EXPECT_EQ(fixed(kArm, [](RobotModel&) {}), kArm);
 }
 
 TEST_F(RobotFix, AddsWhatTheFileDidNotSay) {
   const auto bent = [](RobotModel& r) {
     for (Joint& joint : r.joints) joint.beta_rad = std::numbers::pi / 6;
   };
-  EXPECT_EQ(mended(kArm, bent), replaced(replaced(kArm, "{a: 0, alpha", "{beta: 30, a: 0, alpha"), "- a: 10",
-                                         "- beta: 30\n    a: 10"));
+  EXPECT_EQ(fixed(kArm, bent), replaced(replaced(kArm, "{a: 0, alpha", "{beta: 30, a: 0, alpha"), "- a: 10",
+                                        "- beta: 30\n    a: 10"));
   const auto coupled = [](RobotModel& r) { r.coupling = {{1, 0, -1}}; };
-  EXPECT_EQ(mended(kArm, coupled),
+  EXPECT_EQ(fixed(kArm, coupled),
             replaced(kArm, "flange", "coupling: [{joint: 2, to: 1, factor: -1}]\nflange"));
   const std::string without_flange{kArm, std::string_view{kArm}.find("flange")};
-  EXPECT_EQ(mended(without_flange, [](RobotModel& r) { r.X_flange.translation().x() = 7; }),
+  EXPECT_EQ(fixed(without_flange, [](RobotModel& r) { r.X_flange.translation().x() = 7; }),
             without_flange + "flange: {x: 7, y: 0, z: 0, a: 0, b: 0, c: 0}\n");
 }
 
@@ -76,7 +76,7 @@ TEST_F(RobotFix, RefusesAFileWhoseJointsShareTheirNumbers) {
                     "  - *one\n");
   RobotModel robot = load_robot(file);
   robot.joints[1].sign = -1;
-  EXPECT_EQ(error_of([&] { mended_robot_text(file, robot); }, file),
+  EXPECT_EQ(error_of([&] { fixed_robot_text(file, robot); }, file),
             "robot.yaml: cannot be changed in place: write out what it says by aliases, then try again");
 }
 

@@ -88,7 +88,7 @@ TEST_F(ScenarioFile, DescribesWhatBecomesOfTheArmAsItWarmsUp) {
             "s.yaml:5:10: warm_up: zero: expected one for each of the 2 joints");
 }
 
-TEST_F(ScenarioFile, DescribesWhatTheJointsDoBesides) {
+TEST_F(ScenarioFile, DescribesOtherErrorsOfTheJoints) {
   EXPECT_TRUE(load("").drives.drives.empty());
   std::string text = kScenario;
   text.replace(text.find("robot.yaml"), 10, TRUEPOSE_SOURCE_DIR "/config/robots/kr210_r2700_2.yaml");

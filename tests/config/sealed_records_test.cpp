@@ -42,7 +42,7 @@ ToolFile measured_tool() {
     const JointVector q = example::random_joints(model.cell.robot, random);
     const Eigen::Isometry3d X_WF = model.cell.base.isometry() * forward_kinematics(model.cell.robot, q);
     file.data.readings.push_back(
-        {.point = 0, .q = q, .p_WS_mm = X_WF * Eigen::Vector3d(file.X_told.translation())});
+        {.point = 0, .q = q, .p_WS_mm = X_WF * Eigen::Vector3d(file.X_controller.translation())});
   }
   return file;
 }
@@ -128,7 +128,7 @@ TEST(SealedRecord, WhoseFrameIsNotTheOneOfItsReadingsIsRefusedThoughItsSealIsRig
   ToolFile forged = measured_tool();
   const MeasuringCell by = *measuring_cell(measured_arm());
   ASSERT_TRUE(tool_under(by, forged)) << tool_under(by, forged).error();
-  forged.X_told.translation().x() += 20;
+  forged.X_controller.translation().x() += 20;
   const auto refused = tool_under(by, forged);
   ASSERT_FALSE(refused);
   EXPECT_EQ(

@@ -54,7 +54,7 @@ inline constexpr int kMembers<BodyPart> = 2;
 template <>
 inline constexpr int kMembers<Box> = 2;
 template <>
-inline constexpr int kMembers<TestCubeWish> = 7;
+inline constexpr int kMembers<TestCubeRequest> = 7;
 
 }  // namespace truepose
 

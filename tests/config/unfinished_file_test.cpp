@@ -51,7 +51,7 @@ TEST(ATextFile, IsTheOldOneWhereTheDiskHasNoRoomForTheNew) {
     EXPECT_THAT(error.what(), HasSubstr("model.yaml: cannot be written: File too large"));
   }
   EXPECT_EQ(read_text_file(file), "the old model\n");
-  EXPECT_EQ(files_in(folder.path()), 1) << "something was left beside it";
+  EXPECT_EQ(files_in(folder.path()), 1) << "a temporary file is left";
 }
 
 TEST(ATextFile, IsReadableByNobodyWhomTheOneBeforeKeptOut) {

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Fails where a file of core beside core/math/dense_algebra includes one of Eigen's decompositions: each unit that
-# names one compiles it anew, which takes seconds. Names file and line.
+# Fails where a file of core other than core/math/dense_algebra includes one of Eigen's decompositions: each unit that
+# names one compiles it again, which takes seconds. Names file and line.
 #
 #   decompositions_stay_together.sh CORE
 set -eu

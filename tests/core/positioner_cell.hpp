@@ -17,7 +17,7 @@
 #include "tests/core/frame_errors.hpp"
 #include "tests/core/plain_kinematics.hpp"
 
-/// A positioner beside an arm, and what is made of its measurements.
+/// A positioner and an arm, and results of their measurements.
 namespace truepose::positioner_cell {
 
 using Matrix = Eigen::Matrix4d;
@@ -48,8 +48,8 @@ inline Matrix rigid(const Eigen::Vector3d& p_mm, const Eigen::Vector3d& turn_rad
 
 inline const MeasurementNoise kNoise{.tracker = {.range_mm = kTracker_mm, .transverse_mm = kTracker_mm}};
 
-/// A KR 210 and a positioner beside it, as they truly are, by kinematics of the test's own; all that is
-/// measured of them, and what is made of that.
+/// A true KR 210 and a true positioner, with kinematics of the test's own; their measurements, and the
+/// results.
 class PositionerCell {
  public:
   PositionerCell(RobotModel table, std::uint64_t seed)
@@ -154,7 +154,7 @@ class PositionerCell {
   void make_eccentric(double rad) { eccentric_ = rad; }
 
   /// Of the roots that no reading tells from the true one, that which is nearest to the given one.
-  Matrix told_root() const {
+  Matrix controller_root() const {
     if (nominal_.joint_count() > 1) return X_root_;
     const auto likeness = [&](double rad) {
       return (X_given_.transpose() * X_root_ * plain::turned(2, rad)).topLeftCorner<3, 3>().trace();

@@ -24,7 +24,7 @@ struct CampaignTest : testing::Test {
   CampaignTest() { truth.seed = 5; }
 
   /// Begins a campaign in a cell like `truth`, after whatever campaign was before.
-  /// @param past  of one that was interrupted and goes on
+  /// @param past  of one that was interrupted and continues
   void start(CampaignOrder order = CalibrationOrder{}, std::shared_ptr<const CampaignPast> past = {}) {
     outcome.reset();
     journal = {};

@@ -33,7 +33,7 @@ struct CampaignServiceTest : CellTest {
   }
   std::vector<std::string> phases() {
     std::vector<std::string> names;
-    for (const boost::json::value& progress : told(control::Topic::Campaign)) {
+    for (const boost::json::value& progress : event_data(control::Topic::Campaign)) {
       const std::string phase = string_at(progress, "/phase");
       if (names.empty() || names.back() != phase) names.push_back(phase);
     }

@@ -57,7 +57,7 @@ struct CellTest : testing::Test {
   }
   void TearDown() override {
     for (const auto& topic : control::kTopics) {
-      for (const boost::json::value& data : told(topic.value))
+      for (const boost::json::value& data : event_data(topic.value))
         EXPECT_THAT(promises().of_event(std::string{topic.name}, data), testing::IsEmpty()) << topic.name;
     }
   }
@@ -136,8 +136,8 @@ struct CellTest : testing::Test {
     const boost::json::array& faults = status.at("faults").as_array();
     return faults.empty() ? "" : std::string{faults.front().at("text").as_string()};
   }
-  /// What clients were told on a topic, oldest first.
-  std::vector<boost::json::value> told(control::Topic topic) {
+  /// Data of the events on a topic, oldest first.
+  std::vector<boost::json::value> event_data(control::Topic topic) {
     std::vector<boost::json::value> data;
     const auto reader = events.subscribe({topic}, 0, [] {});
     for (const EventBus::Line& line : reader->take(EventBus::kKept).lines)
@@ -170,9 +170,9 @@ struct CellTest : testing::Test {
       co_await pass(std::chrono::seconds{1});
   }
 
-  /// What goes on beside the script.
+  /// What runs concurrently with the script.
   virtual Wait surroundings() { co_return; }
-  /// Runs the script beside the watches of the cell.
+  /// Runs the script concurrently with the watches of the cell.
   void play(std::function<Wait()> script) {
     boost::asio::cancellation_signal end;
     bool ended = false;

@@ -42,7 +42,7 @@ using namespace std::chrono_literals;
 
 inline constexpr std::string_view kToken = "0123456789abcdef0123456789abcdef";
 
-/// Time that passes when told to. Used on the event loop's thread.
+/// Time that passes on request. Used on the event loop's thread.
 class ManualClock : public drivers::Clock {
  public:
   drivers::TimePoint now() const override { return now_; }
@@ -161,14 +161,15 @@ class ProtocolClient {
     auto said = control::decode_server_line(line()).value();
     for (; std::holds_alternative<control::Notification>(said);
          said = control::decode_server_line(line()).value())
-      told_.push_back(std::get<control::Notification>(std::move(said)));
+      notifications_.push_back(std::get<control::Notification>(std::move(said)));
     return std::get<Reply>(std::move(said));
   }
   Event event() { return std::get<Event>(control::decode_server_line(line()).value()); }
   control::Notification notification() {
-    if (told_.empty()) return std::get<control::Notification>(control::decode_server_line(line()).value());
-    control::Notification first = std::move(told_.front());
-    told_.pop_front();
+    if (notifications_.empty())
+      return std::get<control::Notification>(control::decode_server_line(line()).value());
+    control::Notification first = std::move(notifications_.front());
+    notifications_.pop_front();
     return first;
   }
   bool closed() { return line().empty(); }
@@ -193,7 +194,7 @@ class ProtocolClient {
 
  private:
   std::string greeting_;
-  std::deque<control::Notification> told_;
+  std::deque<control::Notification> notifications_;
   std::int64_t id_ = 0;
 };
 
@@ -252,9 +253,9 @@ class ControlServerTest : public testing::Test {
   fs::path access_file() const { return folder_.path() / "access"; }
   fs::path audit_file() const { return folder_.path() / "audit"; }
   void write_access(const control::AccessEntries& access) {
-    const fs::path beside = folder_.write("access.new", control::access_text(access));
-    fs::permissions(beside, fs::perms::owner_read | fs::perms::owner_write);
-    fs::rename(beside, access_file());
+    const fs::path new_file = folder_.write("access.new", control::access_text(access));
+    fs::permissions(new_file, fs::perms::owner_read | fs::perms::owner_write);
+    fs::rename(new_file, access_file());
   }
 
   /// Runs something on the event loop's thread and waits for it.

@@ -8,7 +8,7 @@ namespace truepose::daemon {
 inline constexpr int kRampCycles = 250;
 inline const RobotModel kFarOff = real_arm(20);  // corrections of more than a degree
 
-/// Starts a correction, and goes on until it is whole.
+/// Starts a correction, and continues until it is whole.
 inline void correct(StreamRig& rig, const RobotModel& arm = kFarOff) {
   rig.settle();
   rig.cycle->use_model(arm, 1);

@@ -23,7 +23,7 @@ config::CellConfig example_cell();
 /// The same cell as it really is: base and reflector are some centimetres off their rough values.
 drivers::MockCellOptions example_truth();
 
-/// A journal in memory that can be told to fail.
+/// A journal in memory that can be set to fail.
 struct MemoryJournal final : daemon::CampaignJournal {
   boost::asio::awaitable<daemon::StoreResult<std::string>> begin(int total) override;
   boost::asio::awaitable<daemon::StoreResult<void>> know(daemon::Identities identities) override;
@@ -44,14 +44,14 @@ struct MemoryJournal final : daemon::CampaignJournal {
   std::optional<daemon::CampaignError> error;
   std::function<void(const daemon::StoredPoint&)> at_point;  ///< of any purpose, before it is there
 
-  /// What the store would give of the campaign to one that goes on.
+  /// What the store would give of the campaign to one that continues.
   std::shared_ptr<const daemon::CampaignPast> past() const;
   std::string serial;  ///< of the arm
   daemon::CampaignPlan plan;
   std::vector<daemon::Resumption> resumptions;
 };
 
-/// Remembers what a campaign told, and calls back at each point.
+/// Records the notifications of a campaign, and calls back at each point.
 struct RecordingObserver final : daemon::CampaignObserver {
   void on_progress(const daemon::CampaignProgress& progress) override {
     phases.push_back(progress.phase);

@@ -29,7 +29,7 @@ class FailingDisk {
   enum class Fault { None, Full, Broken };
   /// The first `count` changes from now on succeed, and the `faults` after that fail.
   void fail_after(int count, Fault fault, int faults = 1'000'000);
-  void mend() { fail_after(0, Fault::None, 0); }
+  void repair() { fail_after(0, Fault::None, 0); }
   /// Writes, truncations and syncs since fail_after().
   int changes() const { return changes_; }
 

@@ -68,10 +68,10 @@ class Plant {
     std::optional<std::uint64_t> ipoc;  ///< of the first datagram; else the counter has gone on meanwhile
     std::optional<std::uint16_t> source_port;
     /// The program began with a motion to the actual axes, so that the arm stands at the first set point.
-    /// Otherwise the drives go on to what they were last given, less the correction.
+    /// Otherwise the drives continue to what they were last given, less the correction.
     bool arm_settled = true;
   };
-  /// RSI is switched off and on, between two cycles: nothing is in force any more. That is no step of the
+  /// RSI is switched off and on, between two cycles: nothing is in effect any more. That is no step of the
   /// arm: the program takes the place where it stands as its set point.
   void restart_session(const Restart& restart);
 

@@ -17,7 +17,7 @@ import tempfile
 TREE = pathlib.Path(__file__).resolve().parents[2]
 BUILD = TREE / "build/release"
 SESSION = "daemon/realtime/controller_session.cpp"
-IN_FORCE = "daemon/realtime/correction_in_force.cpp"
+IN_FORCE = "daemon/realtime/correction_in_effect.cpp"
 CYCLE = "daemon/realtime/stream_cycle.cpp"
 PIN = "daemon/realtime/controller_session.hpp"
 
@@ -35,26 +35,26 @@ BUGS = {
     ],
     "a timeout of the controller that is a constant": [
         (SESSION, "  sequence_.advance(frame.ipoc, position);\n  received_before_ = received_;\n  settle(",
-         "  if (position.elapsed > 100) in_force_.set(CorrectionRange::of(JointVector::Zero(6))), hearing.settled = true;\n"
+         "  if (position.elapsed > 100) in_effect_.set(CorrectionRange::of(JointVector::Zero(6))), verdict.settled = true;\n"
          "  sequence_.advance(frame.ipoc, position);\n  received_before_ = received_;\n  settle("),
     ],
     "a bound of each datagram, not of what is in force": [
-        (CYCLE, "bound_correction(wanted, session_.in_force(), commanded, bounds_)",
+        (CYCLE, "bound_correction(wanted, session_.in_effect(), commanded, bounds_)",
          "bound_correction(wanted, CorrectionRange::of(correction_), commanded, bounds_)"),
-        (CYCLE, "!free || hearing.missed ||", "!free ||"),
+        (CYCLE, "!free || verdict.missed ||", "!free ||"),
     ],
     "a new start that is judged on one axis": [
         (SESSION, "  if (longer_than_counted || (long_silence && !receipt.alive)) {",
          "  const auto one_axis = [&] {\n"
          "    Eigen::Index axis = 0;\n"
-         "    const double largest = in_force_.last_sent().cwiseAbs().maxCoeff(&axis);\n"
+         "    const double largest = in_effect_.last_sent().cwiseAbs().maxCoeff(&axis);\n"
          "    const auto a = static_cast<std::size_t>(axis);\n"
          "    return frame.aipos_rad && frame.aspos_rad &&\n"
          "           std::abs((*frame.aipos_rad)[a] - (*frame.aspos_rad)[a]) < largest / 10;\n"
          "  };\n"
          "  if (long_silence && one_axis()) {\n"
-         "    in_force_.set(CorrectionRange::of(JointVector::Zero(6)));\n"
-         "    hearing.settled = true;\n"
+         "    in_effect_.set(CorrectionRange::of(JointVector::Zero(6)));\n"
+         "    verdict.settled = true;\n"
          "  }\n"
          "  if (false) {"),
     ],

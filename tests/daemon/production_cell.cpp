@@ -261,10 +261,11 @@ void ProductionCell::restart_program() {
 void ProductionCell::open_rsi() {
   ++shift_.sessions;
   constexpr int kPause = 10;  // cycles
-  plant_.restart_session({.pause_cycles = kPause,
-                          .ipoc = 4'208'163 + 4 * (shift_.cycles + kPause),  // milliseconds go on meanwhile
-                          .source_port = {},
-                          .arm_settled = true});
+  plant_.restart_session(
+      {.pause_cycles = kPause,
+       .ipoc = 4'208'163 + 4 * (shift_.cycles + kPause),  // milliseconds continue meanwhile
+       .source_port = {},
+       .arm_settled = true});
   rsi_on_ = true;
   gain_ = 0;
 }

@@ -41,10 +41,10 @@ struct Production {
   std::uint64_t sessions = 0;         ///< of RSI, opened by programs
   int programs = 0;                   ///< that came to their end
   int timeouts = 0;                   ///< sessions that the controller gave up
-  double max_step_deg = 0;            ///< of a correction in force, but for those that RSI took away
-  double left_deg = 0;                ///< greatest correction in force where a program closed RSI
+  double max_step_deg = 0;            ///< of a correction in effect, but for those that RSI took away
+  double left_deg = 0;                ///< greatest correction in effect where a program closed RSI
   double largest_deg = 0;             ///< correction
-  TcpErrors with, without;            ///< the stream, at the points where all of the correction was in force
+  TcpErrors with, without;            ///< the stream, at the points where all of the correction was in effect
   int points_without_it = 0;          ///< passed while the daemon was away or ramped in
   std::vector<std::string> messages;  ///< on the pendant, each once
   std::string fault;                  ///< of the stream, the first

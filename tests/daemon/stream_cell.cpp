@@ -386,11 +386,11 @@ void StreamCell::answer(const OnTheWay& datagram) {
   if (disarmed_) {
     const StreamState state = cycle_->status().state;
     expect(state != StreamState::RampingIn && state != StreamState::Active,
-           "the stream corrects after a silence though nobody started it anew");
+           "the stream corrects after a gap without a new start");
   }
   if (reply.empty()) return;
   ++replied_;
-  if (told_) told_(reply);
+  if (on_reply_) on_reply_(reply);
   expect(!other_address, "a foreign datagram is answered");
   const auto decoded = codec_.decode(reply);
   if (!decoded) return expect(false, "a reply cannot be read");

@@ -26,7 +26,7 @@ struct StreamCellOptions {
   double longest_gap_cycles = 200;  ///< of lost datagrams or replies, and of a pause of the controller
   double longest_stall_cycles = 0;  ///< for which the daemon does not run now and then, and finds a backlog
   bool waits = false;  ///< a simulator of the robot's side: it repeats its frame until it is answered
-  bool rearms = true;  ///< `rearm: automatic`: the correction goes on after a silence; every third is armed
+  bool rearms = true;  ///< `rearm: automatic`: the correction continues after a silence; every third is armed
 };
 
 /// What one controller and its stream went through, and how it ended.
@@ -39,7 +39,7 @@ struct StreamHistory {
   std::uint64_t stalls = 0;    ///< of the daemon
   std::uint64_t silences = 0;  ///< that disarm a stream
   std::uint64_t foreign = 0;   ///< datagrams of others
-  double greatest_step = 0;  ///< of a correction in force, in bounds of a cycle: 1 = as much as was promised
+  double greatest_step = 0;  ///< of a correction in effect, in bounds of a cycle: 1 = as much as was promised
   double greatest_correction_deg = 0;
   std::string worst;   ///< when and where, and in which cell
   std::string broken;  ///< the first of the other promises that was not kept; empty: all were
@@ -73,8 +73,8 @@ class StreamCell {
  public:
   explicit StreamCell(std::uint64_t seed, const StreamCellOptions& options = {});
 
-  /// Is told every reply of the daemon.
-  void on_reply(std::function<void(std::string_view)> told) { told_ = std::move(told); }
+  /// Called with every reply of the daemon.
+  void on_reply(std::function<void(std::string_view)> on_text) { on_reply_ = std::move(on_text); }
 
   /// One cycle of the controller.
   void cycle();
@@ -174,7 +174,7 @@ class StreamCell {
   bool engaged_since_heard_ = false;
   bool disarmed_ = false;
   StreamHistory history_;
-  std::function<void(std::string_view)> told_;
+  std::function<void(std::string_view)> on_reply_;
 };
 
 }  // namespace truepose::daemon

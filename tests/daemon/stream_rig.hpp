@@ -122,7 +122,7 @@ class StreamRig {
     for (int i = 0; i < count; ++i) tick();
   }
 
-  /// The controller's program is started anew: no correction, a new time stamp.
+  /// The controller's program is restarted: no correction, a new time stamp.
   void restart(std::uint64_t new_ipoc) {
     pass(std::chrono::milliseconds{200});
     ipoc = new_ipoc;
@@ -145,7 +145,7 @@ class StreamRig {
   /// Nothing is sent for a while.
   void pass(drivers::Duration time) { now_ += time; }
 
-  /// The first cycles of a session, which show what is in force; not answered.
+  /// The first cycles of a session, which show what is in effect; not answered.
   void settle() { ticks(4); }
 
   std::string datagram() const {
@@ -200,7 +200,7 @@ class StreamRig {
   drivers::UdpSource source{0x7f000001, 40'000};
   std::optional<rsi::CartesianPose> rist;  ///< sent where it is set
   rsi::ProgramSignals program;
-  std::optional<std::int64_t> gain;  ///< as the last reply told it
+  std::optional<std::int64_t> gain;  ///< as in the last reply
   bool sends_delay = true, sends_aipos = true;
   std::uint64_t ipoc = 4'208'163;
   std::uint64_t step = 4;

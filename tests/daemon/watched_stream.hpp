@@ -7,7 +7,7 @@
 
 namespace truepose::daemon {
 
-/// A cell that is ready, beside a controller that sends every 4 ms until it falls silent.
+/// A cell that is ready, and a controller that sends every 4 ms until it stops.
 struct AWatchedStream : CellTest {
   AWatchedStream() {
     rig.cycle = std::move(stream);  // which the cell refers to
@@ -21,7 +21,7 @@ struct AWatchedStream : CellTest {
       rig.set_time(clock.now());
       if (counts) count();
       if (!sends) {
-        if (read) rig.cycle->nothing_came(clock.now());
+        if (read) rig.cycle->on_no_datagram(clock.now());
       } else {
         garbled ? garble() : static_cast<void>(rig.tick());
         if (leaves && rig.stop) sends = false;

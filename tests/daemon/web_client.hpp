@@ -22,7 +22,7 @@ struct HttpAnswer {
   std::string body;
 };
 
-/// A client over HTTP that blocks, and says what it is told to say byte by byte.
+/// A blocking HTTP client that sends given bytes.
 class HttpClient {
  public:
   explicit HttpClient(std::uint16_t port, int receive_buffer = 0) {

@@ -329,15 +329,15 @@ TEST_F(EkiRobot, PassesOverAcksOfOtherCommandsAndTagsOfOtherMessages) {
 
 TEST_F(EkiRobot, UnderstandsAControllerThatSendsEveryTagWithEveryDocument) {
   serve({[](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
-    const auto beside = [](std::string document, const std::string& tags) {
+    const auto with_tags = [](std::string document, const std::string& tags) {
       return document.insert(document.find('>') + 1, tags);
     };
-    co_await peer->write(beside(
+    co_await peer->write(with_tags(
         text(kHello), R"(<Ack Id="" State="" Err=""><Ax A1="" A2="" A3="" A4="" A5="" A6=""></Ax></Ack>)"));
     const eki::ToController message = co_await peer->read();
     const eki::Command command = std::get<eki::Command>(message);
     co_await peer->write(
-        beside(text(ack(command, InPosition)), R"(<Hello Ver="1" Model="" Serial="" KssVer=""/>)"));
+        with_tags(text(ack(command, InPosition)), R"(<Hello Ver="1" Model="" Serial="" KssVer=""/>)"));
   }});
   run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
     const auto identity = co_await robot.connect(soon());

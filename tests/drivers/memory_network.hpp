@@ -33,7 +33,7 @@ class MemoryNetwork {
   /// system's probes find that out after 5 s, and once it is on again what is sent over them is answered by a
   /// reset.
   void power(const Ports& device, bool on);
-  /// It runs, takes what it is sent, and what it sends does not come before it is mended.
+  /// It runs and receives, but its data do not arrive before the connection is restored.
   void silence(const Ports& device, bool silent);
   /// Whoever connects is thrown out at once.
   void storm(const Ports& device, bool stormy);

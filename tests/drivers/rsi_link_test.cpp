@@ -39,7 +39,7 @@ class Echo final : public RsiResponder {
     finished_.acquire();
     return times_;
   }
-  void nothing_came(TimePoint until) noexcept override {
+  void on_no_datagram(TimePoint until) noexcept override {
     until_ = until;
     nothing_.release();
   }
@@ -59,10 +59,10 @@ class Echo final : public RsiResponder {
   std::counting_semaphore<> nothing_{0}, finished_{0};
 };
 
-/// As Echo, but waits at "wait" until it is told to go on; counts what it is given.
+/// As Echo, but waits at "wait" until it is released; counts its datagrams.
 class Busy final : public RsiResponder {
  public:
-  void nothing_came(TimePoint) noexcept override {}
+  void on_no_datagram(TimePoint) noexcept override {}
   void finish(const CycleTimes&) noexcept override {}
   std::string_view answer(const Datagram& datagram) noexcept override {
     if (datagram.bytes == "wait") {
@@ -207,7 +207,7 @@ TEST(RsiLink, ReadsTheControllerHoweverMuchComesFromItsAddressByOtherPorts) {
   hear_the_controller_beside(other_port, controller, responder);
 }
 
-TEST(RsiLink, HearsStrangersBesideTheControllerAndWhereThereIsNone) {
+TEST(RsiLink, ReceivesFromOtherSendersWithAndWithoutTheController) {
   Busy responder;
   const auto link = RsiLink::start(for_the_controller(), responder);
   ASSERT_TRUE(link) << link.error().text;

@@ -1,5 +1,5 @@
-// Lines of a tracker's bridge, either way. What is accepted can be written and read again as the same; what
-// is not is told why.
+// Lines of a tracker's bridge, either way. An accepted line can be written and read again as the same; a
+// rejected one has a reason.
 #include <algorithm>
 #include <boost/json/parse.hpp>
 #include <cmath>

@@ -1,5 +1,6 @@
 // A KRL program on the simulated controller. What still loads runs in simulated time, under a host that gives
-// every variable a value or none and refuses some: it may stop with a fault, but not crash, and time goes on.
+// every variable a value or none and refuses some: it may stop with a fault, but not crash, and time
+// continues.
 #include <optional>
 #include <string>
 #include <utility>

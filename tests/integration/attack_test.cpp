@@ -1,4 +1,4 @@
-// The control ports under attack, beside a stream that corrects and a client that means well.
+// The control ports under attack, together with a stream that corrects and a well-behaved client.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Attack {
   const char* name;
-  /// Attacks until it is told to stop. @return how often it did what it does
+  /// Attacks until a stop is requested. @return how often it did what it does
   std::function<std::uint64_t(std::stop_token)> run;
 };
 

@@ -31,10 +31,10 @@ std::vector<control::Event> events_until(tools::RpcClient& client, Fits fits) {
 bool is_end_of_campaign(const control::Event& event);
 
 /// Runs a campaign in whose simulated cell something happens at each measured pose, on however fast a
-/// machine. Whenever it pauses it is told to go on.
+/// machine. Whenever it pauses it is resumed.
 /// @param happens  for the simulator's admin port, of the number of measured poses; empty: nothing
 /// @param when_lost  for the same, whenever a device has to be waited for; empty: nothing
-/// @return what was told of campaign, cell and log
+/// @return the events of campaign, cell and log
 std::vector<control::Event> campaign_in_trouble(
     const LiveCell& cell, const boost::json::object& params,
     const std::function<boost::json::object(std::int64_t measured)>& happens,

@@ -1,5 +1,5 @@
-// A campaign with three reflectors and four nests that goes on through all that can happen in a night, beside
-// one to which nothing happens.
+// A campaign with three reflectors and four nests that continues through all that can happen in a night,
+// compared with an undisturbed one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -107,7 +107,7 @@ class Night {
       if (event->topic == "campaign") phase = event->data.at("phase").as_string();
       // Where the beam stays away the campaign waits for somebody who has looked at the cell.
       if (event->topic == "cell" && event->data.at("state") == "paused") ask("campaign.resume");
-      // The robot was cut off in the moment in which the campaign went on: somebody sees that and tries
+      // The robot was cut off in the moment in which the campaign continued: somebody sees that and tries
       // again.
       if (phase == "interrupted" && event->topic == "cell" && event->data.at("state") == "fault") {
         ask("cell.acknowledge");
@@ -156,7 +156,7 @@ class Night {
     listen();
     EXPECT_GE(ask("campaign.get", {{"id", id_}, {"points_limit", 0}}).at("points_total").as_int64(),
               static_cast<std::int64_t>(poses_.size()))
-        << "what was told is there";
+        << "a reported point is missing";
     ask("campaign.resume", {{"id", id_}});
   }
 

@@ -99,9 +99,9 @@ json::value status_of(tools::RpcClient& client) {
   return *std::move(status);
 }
 
-// p99 is printed and not judged here: the machine that runs the tests does other things besides. Each round
-// is a quiet block, a flooded one and a quiet one; how much the two quiet ones differ says what the ratio of
-// the flooded one is worth.
+// p99 is printed and not judged here: the machine that runs the tests has other load. Each round is a quiet
+// block, a flooded one and a quiet one; how much the two quiet ones differ says what the ratio of the flooded
+// one is worth.
 TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDropped) {
   // The address sanitizer keeps what was freed, and moves frames to a stack of its own (11 MB a thread,
   // touched as they go round), which is no growth of ours.

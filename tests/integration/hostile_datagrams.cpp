@@ -38,7 +38,7 @@ HostileDatagrams::HostileDatagrams(std::uint64_t seed, std::uint64_t ipoc, Clock
 }
 
 const std::string& HostileDatagrams::next() {
-  // Every other one is a frame that has to be told from the controller's by its sender alone.
+  // Every other one is a frame that differs from the controller's by its sender alone.
   const std::size_t turn = turn_++;
   if (turn % 2 == 1) return prepared_[turn / 2 % prepared_.size()];
   forged_ = turn % 8 == 0 ? damaged(forged()) : forged();
@@ -60,7 +60,7 @@ std::string HostileDatagrams::forged() {
   frame.aipos_rad.emplace();
   for (std::size_t i = 0; i < 6; ++i)
     (*frame.aipos_rad)[i] = (kAround_deg[i] + kGuess_deg * (2 * random_.uniform() - 1)) * kRadPerDeg;
-  frame.aspos_rad = frame.aipos_rad;  // as if nothing were in force
+  frame.aspos_rad = frame.aipos_rad;  // as if nothing were in effect
   std::array<char, rsi::kMaxFrameBytes> buffer;
   return std::string{rsi::encode_robot_frame(frame, buffer).value()};
 }

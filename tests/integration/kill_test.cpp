@@ -26,8 +26,8 @@ namespace {
 namespace json = boost::json;
 using Random = std::mt19937_64;
 
-/// What clients were told of the campaigns of a cell.
-struct Told {
+/// Events of the campaigns of a cell.
+struct Reported {
   std::map<std::string, std::set<std::int64_t>> points;  ///< poses measured, by campaign
   std::uint64_t last_event = 0;
 
@@ -46,8 +46,8 @@ json::value answer(tools::RpcClient& client, const std::string& method, const js
   return *std::move(result);
 }
 
-/// Every point that was told is in the store.
-void expect_kept(tools::RpcClient& client, const Told& told, const std::string& id) {
+/// Every reported point is in the store.
+void expect_kept(tools::RpcClient& client, const Reported& reported, const std::string& id) {
   std::set<std::int64_t> kept;
   for (std::size_t offset = 0;;) {
     const json::value page =
@@ -57,8 +57,8 @@ void expect_kept(tools::RpcClient& client, const Told& told, const std::string& 
     if (points.empty()) break;
     offset += points.size();
   }
-  const auto of_campaign = told.points.find(id);
-  if (of_campaign == told.points.end()) return;
+  const auto of_campaign = reported.points.find(id);
+  if (of_campaign == reported.points.end()) return;
   EXPECT_THAT(kept, testing::IsSupersetOf(of_campaign->second)) << id;
 }
 
@@ -77,9 +77,9 @@ std::string command(tools::RpcClient& client, Random& random) {
 }
 
 /// @return the phase in which the campaign ended
-std::string to_the_end(tools::RpcClient& client, Told& told) {
+std::string to_the_end(tools::RpcClient& client, Reported& reported) {
   for (auto event = client.next_event(); event; event = client.next_event()) {
-    told.note(*event);
+    reported.note(*event);
     if (event->topic != "campaign") continue;
     const std::string phase{event->data.at("phase").as_string()};
     if (phase == "done" || phase == "failed" || phase == "aborted" || phase == "interrupted") return phase;
@@ -87,13 +87,13 @@ std::string to_the_end(tools::RpcClient& client, Told& told) {
   return "the daemon ended";
 }
 
-TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
+TEST(ADaemonKilledAtAnyInstant, KeepsWhatItHasReportedAndResumesItsCampaigns) {
   const std::uint64_t seed = std::random_device{}();
   std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   Random random{seed};
   LiveCell cell{{.speedup = 300}};
-  Told told;
+  Reported reported;
   int done = 0, power_cuts = 0, lost_writes = 0;
   std::vector<double> away_s;  // from the start of a daemon to its first answer
   std::string id;
@@ -109,7 +109,7 @@ TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
       const json::value& state = campaign.at("state");
       EXPECT_TRUE(state == "interrupted" || state == "done" || state == "aborted") << campaign;
       done += state == "done";
-      expect_kept(client, told, id);
+      expect_kept(client, reported, id);
     }
     answer(client, "events.subscribe", {{"topics", json::array{"measurement", "campaign"}}});
     // From the moment of the command on, which may itself not be answered any more.
@@ -121,7 +121,7 @@ TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
       id = command(client, random);
     } catch (const std::runtime_error&) {
     }
-    for (auto event = client.next_event(); event; event = client.next_event()) told.note(*event);
+    for (auto event = client.next_event(); event; event = client.next_event()) reported.note(*event);
     killer.join();
     EXPECT_EQ(cell.daemon().wait(), -1);
     if (random() % 2 != 0) continue;
@@ -136,8 +136,8 @@ TEST(ADaemonKilledAtAnyInstant, HasWhatItHasToldAndItsCampaignsGoOn) {
     const std::string last{one.at("id").as_string()};
     answer(client, "events.subscribe", {{"topics", json::array{"measurement", "campaign"}}});
     answer(client, "campaign.resume", {{"id", last}});
-    EXPECT_EQ(to_the_end(client, told), "done") << cell.daemon().errors();
-    expect_kept(client, told, last);
+    EXPECT_EQ(to_the_end(client, reported), "done") << cell.daemon().errors();
+    expect_kept(client, reported, last);
   }
   std::printf(
       "%d campaigns came to their end; with %d of the kills the power went, with %d writes not synced\n",

@@ -50,8 +50,8 @@ Replacements together(Replacements first, const Replacements& second) {
 std::string loopback(std::int64_t port) { return "127.0.0.1:" + std::to_string(port); }
 
 /// One processor for the controller, its PC and this test, the controller first: what the machine takes away
-/// for a while, a second even, is taken from all, and no side sees the other fall behind. Tests beside this
-/// one may take another.
+/// for a while, a second even, is taken from all, and no side sees the other fall behind. Concurrent tests
+/// may take another.
 void share_one_processor() {
   static const bool shared = [] {
     cpu_set_t allowed;
@@ -90,7 +90,7 @@ std::uint16_t free_udp_port() {
 
 void in_real_time(const std::function<void()>& experiment,
                   const std::function<std::chrono::microseconds()>& end) {
-  // The daemon says that nothing came after 0.4 s, and what is in force is in doubt after 0.1 s.
+  // The daemon says that nothing came after 0.4 s, and what is in effect is in doubt after 0.1 s.
   constexpr std::chrono::milliseconds kLong{50};
   for (int attempt = 1;; ++attempt) {
     testing::TestPartResultArray results;

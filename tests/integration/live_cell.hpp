@@ -28,7 +28,7 @@ using Replacements = std::vector<std::pair<std::string, std::string>>;
 /// after the step.
 inline constexpr double kMaxStep_deg = 0.02 + 1e-6;
 
-/// A UDP port that nobody has, for a program that has to be told one.
+/// A free UDP port, for a program that needs a number.
 std::uint16_t free_udp_port();
 
 /// The simulated cell and its daemon as processes, configured by the shipped files and talking over loopback.
@@ -48,7 +48,7 @@ class LiveCell {
   explicit LiveCell(const Options& options);
 
   /// Starts the daemon and waits until it says that it is ready.
-  /// @param environment  "NAME=value" each, besides our own
+  /// @param environment  "NAME=value" each, in addition to our own
   void start_daemon(std::vector<std::string> environment = {});
   /// Waits until the daemon tells the service manager this. @return false where it ended without
   bool daemon_tells(const std::string& text);
@@ -102,8 +102,8 @@ class LiveCell {
 double number(const boost::json::value& value, const char* pointer);
 
 /// Makes an experiment about what goes wrong between a controller and its PC. A machine that keeps one of
-/// them from running is a trouble of its own, that both rightly tell of: an experiment that failed while it
-/// did is made anew, twice at most.
+/// them from running is a trouble of its own, that both rightly tell of: an experiment that failed meanwhile
+/// is repeated, twice at most.
 /// @param end  of each attempt, good or bad. @return for how long the machine stood still in it
 void in_real_time(const std::function<void()>& experiment,
                   const std::function<std::chrono::microseconds()>& end);

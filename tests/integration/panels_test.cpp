@@ -88,8 +88,8 @@ class Panel {
 
   void wait() { thread_.join(); }
   const std::vector<std::uint64_t>& seen() const { return seen_; }
-  /// Whether it was told that this one may be missing.
-  bool was_told_missing(std::uint64_t seq) const {
+  /// Whether a notification said that this one may be missing.
+  bool was_reported_missing(std::uint64_t seq) const {
     return std::ranges::any_of(missing_,
                                [&](const auto& range) { return range.first <= seq && seq <= range.second; });
   }
@@ -150,7 +150,7 @@ class TwentyPanels : public testing::Test {
     });
     return *std::move(panel);
   }
-  /// Begins a campaign, in whose middle the daemon is ended; the next one goes on with it to its end.
+  /// Begins a campaign, in whose middle the daemon is ended; the next one continues with it to its end.
   void campaign_through(int signal) {
     tools::RpcClient before = operator_panel();
     before.call("events.subscribe", {{"topics", json::array{"measurement"}}});
@@ -222,19 +222,19 @@ TEST_F(TwentyPanels, MissNothingAndSeeNothingTwiceWhileDaemonsComeAndGo) {
     for (const std::uint64_t seq : panel->seen())
       if (seq < next) all.insert(seq);
   EXPECT_GT(all.size(), static_cast<std::size_t>(rounds) * 3 * 18) << "a measurement each, at least";
-  std::size_t told_missing = 0;
+  std::size_t reported_missing = 0;
   for (std::size_t i = 0; i < panels_.size(); ++i) {
     const std::vector<std::uint64_t>& seen = panels_[i]->seen();
     EXPECT_EQ(std::ranges::adjacent_find(seen, std::greater_equal{}), seen.end()) << "panel " << i;
     for (const std::uint64_t seq : all) {
       if (std::ranges::binary_search(seen, seq)) continue;
-      ASSERT_TRUE(panels_[i]->was_told_missing(seq)) << "panel " << i << " missed " << seq;
-      ++told_missing;
+      ASSERT_TRUE(panels_[i]->was_reported_missing(seq)) << "panel " << i << " missed " << seq;
+      ++reported_missing;
     }
   }
   std::printf(
       "%.1f h of the cell, %d ends of its daemon: %zu events to %zu panels; one was missing %zu times, and said to be\n",
-      kSpeedup * lasted.count(), 3 * rounds, all.size(), panels_.size(), told_missing);
+      kSpeedup * lasted.count(), 3 * rounds, all.size(), panels_.size(), reported_missing);
 }
 
 }  // namespace

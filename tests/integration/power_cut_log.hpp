@@ -14,7 +14,8 @@ struct UnsyncedWrite {
   std::int64_t is_truncation = 0;  ///< else a write
 };
 
-/// Environment variable: the path that the files to be watched begin with. Their notes lie beside them.
+/// Environment variable: the path that the files to be watched begin with. Their notes are in the same
+/// folder.
 inline constexpr const char* kWatchedFiles = "TRUEPOSE_POWER_CUT_FILES";
 inline constexpr const char* kLogSuffix = ".unsynced";
 

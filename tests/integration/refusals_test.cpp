@@ -157,7 +157,7 @@ TEST(TheDaemon, EndsWithTheSameCodeWhetherItStartsOrChecksItsFiles) {
   EXPECT_EQ(ends(), (std::pair{3, 3}))
       << "a certificate that has expired: by the clock, which may be put right";
   std::filesystem::remove(cell.token_file());
-  EXPECT_EQ(ends(), (std::pair{2, 2})) << "a mistake beside it, which a person has to mend";
+  EXPECT_EQ(ends(), (std::pair{2, 2})) << "a further mistake, which the operator has to fix";
 }
 
 TEST(TheDaemon, RefusesAStoreInAFolderThatCannotBeWrittenAndSaysWhatToDo) {

@@ -24,7 +24,7 @@ class Stranger {
  public:
   explicit Stranger(Way way) : way_{std::move(way)} {}
 
-  /// Connected anew where it was not any more. @return whether it is
+  /// Reconnects if the connection was lost. @return whether it is connected
   bool connect();
   void send(std::string_view bytes);
   void hang_up();
@@ -41,7 +41,7 @@ class Stranger {
   std::optional<boost::asio::ssl::stream<Socket&>> tls_;
 };
 
-// Attacks go on until they are told to stop. @return how often they did what they do
+// Attacks continue until a stop is requested. @return their number
 
 /// Of 200 connections that stay, each gets these bytes ten times a second.
 std::uint64_t hold_200(const Way& way, std::string_view bytes, const std::stop_token& stop);

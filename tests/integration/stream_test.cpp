@@ -36,7 +36,7 @@ json::value stream_status(const LiveCell& cell) {
 }
 
 /// Follows the daemon's own reports, one a second, until it corrects and the condition holds.
-/// @throws std::runtime_error where it does not go on by itself, or the controller does not
+/// @throws std::runtime_error where it does not continue by itself, or the controller does not
 template <typename Holds>
 json::value wait_until_correcting(tools::RpcClient& client, Holds holds) {
   double cycles = -1;
@@ -87,7 +87,7 @@ class AStreamOverTheRealProtocols : public testing::Test {
   LiveCell cell;
 };
 
-/// A stream that runs, and a client that is told of it.
+/// A stream that runs, and a client that is notified.
 class AStreamUnderWay : public AStreamOverTheRealProtocols {
  protected:
   AStreamUnderWay() : AStreamOverTheRealProtocols{{.speedup = 1000, .patient = true}} {}
@@ -112,7 +112,7 @@ TEST_F(AStreamUnderWay, AnswersEveryPacketHoldsThroughAStallAndRampsOutAtTheEnd)
   const double answered = number(stream, "/answered"), held = number(stream, "/held"),
                unconfirmed = number(stream, "/unconfirmed");
   EXPECT_EQ(answered + held + unconfirmed, number(stream, "/cycles"));
-  // At the start, until it is known that nothing is in force: the controller has missed these replies. A
+  // At the start, until it is known that nothing is in effect: the controller has missed these replies. A
   // pause of the machine makes them more.
   EXPECT_LE(unconfirmed, missed_cycles(undisturbed));
   EXPECT_EQ(stream.at("unexpected_sender"), 0);

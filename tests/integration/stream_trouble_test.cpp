@@ -75,19 +75,19 @@ class ATroubledStream : public testing::Test {
     const control::Event fault = wait_for_fault(code);
     EXPECT_THAT(std::string{fault.data.at("text").as_string()}, words);
     expect_logged(code == "E_CELL" ? " error " : " warning ", words);
-    EXPECT_THAT(told({"status"}), AllOf(words, HasSubstr(code)));
-    EXPECT_THAT(told({"stream", "status"}), words);
-    const json::value status = json::parse(told({"status", "--json"}));
+    EXPECT_THAT(printed({"status"}), AllOf(words, HasSubstr(code)));
+    EXPECT_THAT(printed({"stream", "status"}), words);
+    const json::value status = json::parse(printed({"status", "--json"}));
     EXPECT_THAT(std::string{status.at_pointer("/faults/0/text").as_string()}, words);
     EXPECT_THAT(std::string{status.at_pointer("/stream/reason").as_string()}, words);
     // To who comes later, too.
     EXPECT_THAT(
-        told({"events", "--after", std::to_string(fault.seq - 1), "--topics", "fault", "--count", "1"}),
+        printed({"events", "--after", std::to_string(fault.seq - 1), "--topics", "fault", "--count", "1"}),
         words);
     std::printf("named after cycle %.0f\nstart:  %s%sevent:  %s\n%s%s", cycles_,
                 started_.exit_code == 0 ? "good\n" : "", started_.err.c_str(),
-                fault.data.at("text").as_string().c_str(), told({"status"}).c_str(),
-                told({"stream", "status"}).c_str());
+                fault.data.at("text").as_string().c_str(), printed({"status"}).c_str(),
+                printed({"stream", "status"}).c_str());
   }
 
   void expect_diagnosed(const std::string& finding) const {
@@ -105,7 +105,7 @@ class ATroubledStream : public testing::Test {
 
   /// The log is written behind: looked into when the daemon has ended.
   void expect_logged(const std::string& level, const Words& words) { logged_.emplace_back(level, words); }
-  std::string told(const std::vector<std::string>& command) const {
+  std::string printed(const std::vector<std::string>& command) const {
     const Finished asked = cell_->truepose(command);
     EXPECT_EQ(asked.exit_code, 0) << asked.err;
     return asked.out;
@@ -158,7 +158,7 @@ TEST_F(ATroubledStream, SaysThatTheControllerTakesTheCorrectionUnderAnotherName)
     expect_named("E_STREAM_FROZEN",
                  AllOf(ContainsRegex("A[1-6] is sent -?[0-9.]+ deg and AIPos - ASPos shows"),
                        HasSubstr("another name for the correction"), HasSubstr("stream.ethernet_xml")));
-    EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("state"), "holding");
+    EXPECT_EQ(json::parse(printed({"stream", "status", "--json"})).at("state"), "holding");
     expect_diagnosed("the axes do not follow the correction");
   });
 }
@@ -174,15 +174,15 @@ TEST_F(ATroubledStream, SaysThatTheControllerTakesAnotherSentype) {
   });
 }
 
-TEST_F(ATroubledStream, SaysThatItsControllerFellSilentAndStartsAnewAsItSays) {
+TEST_F(ATroubledStream, ReportsThatItsControllerStoppedSendingAndRestartsAsItSays) {
   experiment([&] {
     begin({.faults = "[{kind: rsi-silence, at_cycle: 300, lasts_cycles: 100000}]"});
     EXPECT_EQ(start().exit_code, 0);
     expect_named("E_CELL", AllOf(ContainsRegex("no RSI packet for [0-4]\\.[0-9] s"), HasSubstr("the pendant"),
                                  HasSubstr("then acknowledge the fault, connect and start the stream")));
-    EXPECT_EQ(json::parse(told({"stream", "status", "--json"})).at("cycles"), 299);
-    told({"acknowledge"});
-    told({"connect"});
+    EXPECT_EQ(json::parse(printed({"stream", "status", "--json"})).at("cycles"), 299);
+    printed({"acknowledge"});
+    printed({"connect"});
     EXPECT_EQ(start().exit_code, 0) << cell_->daemon().errors();
   });
 }

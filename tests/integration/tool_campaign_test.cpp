@@ -128,7 +128,7 @@ TEST_F(AToolCampaignOverTheRealProtocols, FindsTheTcpAndSaysOfItWhatTheCommandSa
 
   expect_same_offline("tool", "3");
   const config::ToolFile tool = config::load_tool(path("online.yaml"), config::load_robot(kRobot));
-  const double off = off_mm(tool.X_told.translation());
+  const double off = off_mm(tool.X_controller.translation());
   RecordProperty("tcp_off_mm", std::to_string(off));
   EXPECT_LE(off, 0.045);
   EXPECT_GT(off_mm(Eigen::Vector3d(35, -70, 266)), 0.2) << "a tool as drawn is judged by the same";
@@ -180,7 +180,7 @@ TEST_F(AToolOfAProgram, IsAFindingBeforeTheProgramMovesWhereTheControllerHasAnot
   EXPECT_THAT(json::serialize(now.at("faults")), HasSubstr("the controller's frame of tool 3 is 10."));
 }
 
-/// A fixture beside the arm, with a reflector at each of three points.
+/// A fixture near the arm, with a reflector at each of three points.
 class AFixtureOverTheRealProtocols : public AToolCampaignOverTheRealProtocols {
  protected:
   AFixtureOverTheRealProtocols()

@@ -340,7 +340,7 @@ void collect_references(const json::value& value, std::vector<std::string>& refe
   }
 }
 
-TEST(Schema, RefersOnlyToWhatItDefinesOrToAFileBesideIt) {
+TEST(Schema, RefersOnlyToWhatItDefinesOrToAFileOfItsFolder) {
   const json::value schema = *parse_json(openrpc_text());
   std::vector<std::string> references;
   collect_references(schema, references);

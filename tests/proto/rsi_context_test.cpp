@@ -108,7 +108,7 @@ TEST(Context, OfRsi3TellsExternalAxesByNameWhereTheNumberIsShared) {
   EXPECT_EQ(context->of_type("AXISACT")->number("Type"), 0);
 }
 
-TEST(Context, IsReadBesideObjectsThatAreNotKnownHere) {
+TEST(Context, IsReadTogetherWithUnknownObjects) {
   const auto context = parse_context(R"(<RSIObjects>
     <RSIObject ObjType="FUTURE" ObjTypeID="246" ObjID="FUTURE1">
       <Parameters><Parameter Name="Type" ParamID="1" ParamValue="0"/></Parameters></RSIObject>
@@ -250,7 +250,7 @@ TEST(ContextLint, NamesEveryFlawAlone) {
   }
 }
 
-TEST(ContextLint, FindsNothingBesideThatNothingIsExchanged) {
+TEST(ContextLint, FindsOnlyThatNothingIsExchanged) {
   Context context = truepose_context({});
   std::erase_if(context.objects, [](const auto& o) { return o.type == "ETHERNET"; });
   EXPECT_THAT(lint(context, shipped_ethernet(), {}), ElementsAre(is_about("L_NO_ETHERNET", "no ETHERNET")));

@@ -337,7 +337,8 @@ daemon::CellStep Soak::step(const daemon::CellEvent& event) {
   return next;
 }
 
-/// An operator who pauses, goes on and aborts. The state machine has to agree with what the campaign is told.
+/// An operator that pauses, resumes and aborts. The state machine has to agree with the commands to the
+/// campaign.
 void Soak::interfere(daemon::Campaign& campaign, const bool& ended) {
   if (random_.uniform() < 0.3) {
     const double pause_s = uniform(0, 400);

@@ -7,7 +7,7 @@
 
 namespace truepose::soak {
 
-/// FNV-1a over everything that it is told: two runs that did the same have the same value.
+/// FNV-1a over all data that it gets: two runs that did the same have the same value.
 class EventHash {
  public:
   void add(std::string_view text) {

@@ -190,7 +190,7 @@ TEST_F(Words, ThatDoNotFitAreRefusedInOneLine) {
   EXPECT_THAT(refusal({"--list", "1,2,3"}), HasSubstr("--list"));
 }
 
-TEST_F(Words, ThatNameNoCommandAreToldWithTheNearest) {
+TEST_F(Words, ThatNameNoCommandAreReportedWithTheNearest) {
   const std::string see = " (see truepose --help)\n";
   const auto refusal = [this](const std::vector<std::string>& words) {
     testing::internal::CaptureStderr();

@@ -213,7 +213,7 @@ TEST_F(Compensate, TheTcpComesFirstWhereATheToolIsGiven) {
             1e-8);
 }
 
-TEST_F(Compensate, TheArmBendsUnderThePayloadThatItIsTold) {
+TEST_F(Compensate, TheArmBendsUnderTheGivenPayload) {
   const std::string targets = file(std::string(kJoints) + kRegularRow);
   EXPECT_THAT(compensate({"--joints", targets, "--payload", "60,0,0,200"}).err,
               HasSubstr("--payload: the model has no gravity compliance for a payload"));
@@ -287,7 +287,7 @@ TEST_F(Compensate, AModelWithoutCovarianceGivesNoStandardDeviationAndSaysSoOnce)
   EXPECT_THAT(csv.out, StartsWith("q1,q2,q3,q4,q5,q6,residual_mm,residual_deg\n"));
 }
 
-TEST_F(Compensate, WhatIsSaidBesideTheRowsStandsBehindThemWhereBothGoToOneFile) {
+TEST_F(Compensate, NotesFollowTheRowsWhereBothGoToOneFile) {
   model_.covariance.resize(0, 0);
   folder_.write("model.yaml", config::model_yaml(model_));
   const Finished run = run_into_one_file("truepose", {"compensate", "--robot", kRobot, "--model", model_file_,
@@ -329,8 +329,8 @@ std::string pose_row(const Eigen::Isometry3d& X) {
 TEST_F(Compensate, StatusAndTurnOrTheNearestJointsSayWhichBranchIsMeant) {
   const JointVector flipped = nominal_joints("20,-80,100,30,-45,-40\n");
   const std::string row = pose_row(forward_kinematics(nominal_, flipped));
-  const json::object told = document({"--poses", file("x,y,z,a,b,c,s,t\n" + row + ",6,50\n")});
-  EXPECT_LT((joints(told, 0) - flipped).cwiseAbs().maxCoeff(), 3 * kRadPerDeg);
+  const json::object result = document({"--poses", file("x,y,z,a,b,c,s,t\n" + row + ",6,50\n")});
+  EXPECT_LT((joints(result, 0) - flipped).cwiseAbs().maxCoeff(), 3 * kRadPerDeg);
   const std::string plain = file("x,y,z,a,b,c\n" + row + "\n");
   const json::object near = document({"--poses", plain, "--near", "20,-80,100,30,-45,-40"});
   EXPECT_LT((joints(near, 0) - flipped).cwiseAbs().maxCoeff(), 3 * kRadPerDeg);
@@ -348,7 +348,7 @@ TEST_F(Compensate, PosesOfTheTcpAreThoseOfTheFlangeWithTheTool) {
   EXPECT_LT((joints(found, 0) - joints(by_joints, 0)).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST_F(Compensate, AMistakeInAFileIsToldWithItsRow) {
+TEST_F(Compensate, AMistakeInAFileIsReportedWithItsRow) {
   const auto error = [&](const char* option, const std::string& text) {
     const Finished run = compensate({option, file(text)});
     EXPECT_EQ(run.exit_code, 2) << text;

@@ -146,7 +146,7 @@ Eigen::Matrix4d frame_in(const json::object& document) {
   return plain::kuka_frame({number("x"), number("y"), number("z")}, {number("a"), number("b"), number("c")});
 }
 
-TEST_F(FrameCommand, AToolReadByTheTrackerIsToldAsKukasFrame) {
+TEST_F(FrameCommand, AToolReadByTheTrackerIsPrintedAsKukasFrame) {
   const json::object tool = document("tool", {"--data", seen_tool(), "--number", "3"});
   EXPECT_LT(plain::mm_between(frame_in(tool), X_FT_), 0.03);
   EXPECT_LT(plain::rad_between(frame_in(tool), X_FT_), 3e-4);
@@ -253,7 +253,7 @@ TEST_F(FrameCommand, PosesStandInTheMeasuredBase) {
 /// The arm is as its model here, which the sigma does not know.
 TEST_F(FrameCommand, TheTcpIsNoFartherFromWhereItShouldBeInAMeasuredBaseThanSigmaTells) {
   constexpr int kBases = 4, kPoses = 16;
-  double missed2 = 0, told2 = 0;
+  double missed2 = 0, sigma2 = 0;
   for (int base = 0; base < kBases; ++base) {
     const std::string file = measured_base();
     std::vector<Eigen::Matrix4d> wanted;
@@ -268,10 +268,10 @@ TEST_F(FrameCommand, TheTcpIsNoFartherFromWhereItShouldBeInAMeasuredBaseThanSigm
       const Eigen::Vector3d repeats = noise();  // which truly_at() does without
       missed2 +=
           std::pow(plain::mm_between(truly_at(reached, i), X_BU_ * wanted[i]), 2) + repeats.squaredNorm();
-      told2 += std::pow(reached.at("sigma_mm").at(i).to_number<double>(), 2);
+      sigma2 += std::pow(reached.at("sigma_mm").at(i).to_number<double>(), 2);
     }
   }
-  EXPECT_LT(missed2, told2);
+  EXPECT_LT(missed2, sigma2);
 }
 
 TEST_F(FrameCommand, ATurnOfTheBaseThatIsNotKnownCountsTheMoreTheFartherAway) {
@@ -309,8 +309,7 @@ TEST_F(FrameCommand, ABaseThatDoesNotTellItsUncertaintyIsNoted) {
   const std::string poses = folder_.write("poses.csv", "x,y,z,a,b,c\n" + pose_cells(reachable(X_BU_)) + '\n');
   const json::object reached =
       document("compensate", {"--poses", poses, "--tool", measured_tool(), "--base", "1500,150,700,20,3,-2"});
-  EXPECT_THAT(std::string(reached.at("notes").at(0).as_string()),
-              HasSubstr("--base has no uncertainty"));
+  EXPECT_THAT(std::string(reached.at("notes").at(0).as_string()), HasSubstr("--base has no uncertainty"));
 }
 
 TEST_F(FrameCommand, ABaseOfAnotherModelIsRefused) {
@@ -332,7 +331,7 @@ TEST_F(FrameCommand, AToolThatTheProgramDoesNotUseIsRefused) {
   EXPECT_THAT(finished.err, HasSubstr("--tool: is of TOOL_DATA[3], which no motion of the program uses"));
 }
 
-/// The controller may keep a tool and a base that are not where they are told to be.
+/// The controller's tool and base may be wrong.
 TEST_F(FrameCommand, AProgramsPointsAreReachedByTheMeasuredToolInTheMeasuredBase) {
   const std::string base = measured_base();
   const std::string config = folder_.write("config.dat",
@@ -356,10 +355,10 @@ TEST_F(FrameCommand, AProgramsPointsAreReachedByTheMeasuredToolInTheMeasuredBase
                         &v[1], &v[2], &v[3], &v[4], &v[5]),
             6);
   // What the controller makes of it by its own frames, and where the true arm then puts the true tool.
-  const Eigen::Matrix4d told_tool = plain::kuka_frame({91.5, -60, 309}, {35, 62, -140}),
-                        told_base = plain::kuka_frame({1499, 150.5, 700}, {20, 3, -2.1});
-  const Eigen::Isometry3d X_BF(told_base * plain::kuka_frame({v[0], v[1], v[2]}, {v[3], v[4], v[5]}) *
-                               told_tool.inverse());
+  const Eigen::Matrix4d controller_tool = plain::kuka_frame({91.5, -60, 309}, {35, 62, -140}),
+                        controller_base = plain::kuka_frame({1499, 150.5, 700}, {20, 3, -2.1});
+  const Eigen::Isometry3d X_BF(controller_base * plain::kuka_frame({v[0], v[1], v[2]}, {v[3], v[4], v[5]}) *
+                               controller_tool.inverse());
   const auto q = TargetCompensation(nominal_, nominal_).at_pose(X_BF, taught);
   ASSERT_TRUE(q);
   const Eigen::Matrix4d real = plain::flange(model_.cell.robot, q->q) * X_FT_;

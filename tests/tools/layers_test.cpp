@@ -197,7 +197,7 @@ TEST_F(Payloads, OfWhichThereWereSeveralLeaveOpenWhatIsCarriedNow) {
   const config::ModelFile model = calibrated(measured("data.csv", 60, {gun_, LinkMass{}}));
   EXPECT_FALSE(model.cell.robot.payload);
   EXPECT_TRUE(model.several_payloads);
-  EXPECT_EQ(drift_says(measured("told.csv", 5, {gun_})), "");
+  EXPECT_EQ(drift_says(measured("payload_given.csv", 5, {gun_})), "");
   EXPECT_EQ(drift_says(measured("untold.csv", 5, {LinkMass{}}, false)),
             model_ +
                 ": measured under several payloads, and the arm's load is not given: it is taken to carry "

@@ -1,4 +1,4 @@
-// A model file says how it was judged when it was made, and whoever works with it is told.
+// A model file has the verdict of its calibration, and commands that use it report the verdict.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -57,16 +57,16 @@ class ModelVerdict : public testing::Test {
   std::string joints_ = folder_.write("joints.csv", "q1,q2,q3,q4,q5,q6\n20,-80,100,30,45,-40\n");
 };
 
-TEST_F(ModelVerdict, IsToldByEveryCommandThatWorksWithAModelThatFailedIt) {
+TEST_F(ModelVerdict, IsReportedByEveryCommandThatWorksWithAModelThatFailedIt) {
   const std::string model =
       write_model(CalibrationVerdict{{finding(FindingKind::Tolerance, "the largest error is 3 mm"),
                                       finding(FindingKind::BelowNoise, "and")}});
-  const std::string told =
+  const std::string warning =
       model + ": judged red when it was made, do not use it: the largest error is 3 mm\n";
-  EXPECT_EQ(said({"fk", "--robot", kRobot, "--model", model, "--joints", joints_}), told);
-  EXPECT_EQ(said({"compensate", "--robot", kRobot, "--model", model, "--joints", joints_}), told);
-  EXPECT_EQ(said({"export", "--model", model, "--csv", path("p.csv")}), told);
-  EXPECT_EQ(said({"drift", "--robot", kRobot, "--model", model, "--data", measured("five.csv", 5)}), told);
+  EXPECT_EQ(said({"fk", "--robot", kRobot, "--model", model, "--joints", joints_}), warning);
+  EXPECT_EQ(said({"compensate", "--robot", kRobot, "--model", model, "--joints", joints_}), warning);
+  EXPECT_EQ(said({"export", "--model", model, "--csv", path("p.csv")}), warning);
+  EXPECT_EQ(said({"drift", "--robot", kRobot, "--model", model, "--data", measured("five.csv", 5)}), warning);
   std::string cycles = "point,cycle,x,y,z\n", targets = "point,x,y,z\n";
   for (int point = 1; point <= 5; ++point) {
     targets += "P" + std::to_string(point) + ",1700," + std::to_string(100 * point) + ",900\n";
@@ -80,10 +80,10 @@ TEST_F(ModelVerdict, IsToldByEveryCommandThatWorksWithAModelThatFailedIt) {
   }
   EXPECT_EQ(said({"iso9283", "--data", folder_.write("cycles.csv", cycles), "--targets",
                   folder_.write("targets.csv", targets), "--model", model}),
-            told);
+            warning);
 }
 
-TEST_F(ModelVerdict, IsToldWithItsDoubtAndNotWhereNothingFailed) {
+TEST_F(ModelVerdict, IsReportedWithItsDoubtAndNotWhereNothingFailed) {
   const auto fk = [this](const std::string& model) {
     return said({"fk", "--robot", kRobot, "--model", model, "--joints", joints_});
   };

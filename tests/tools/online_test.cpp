@@ -368,7 +368,7 @@ TEST_F(OnlineTest, ControlSocketsAreFoundInTheUsersFolderAndInTheSystems) {
   EXPECT_THAT(control_sockets({}, folder_.path() / "none"), testing::IsEmpty());
 }
 
-/// Somebody at a daemon's port who answers as a daemon would, and remembers what he was told.
+/// A server at a daemon's port that answers as a daemon would, and records its requests.
 class Squatter {
  public:
   std::string address() const { return "127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()); }
@@ -435,7 +435,8 @@ TEST(StreamText, SaysWhyTheMeasuredCorrectionIsNotKnownAndShowsItWhereItIs) {
     return stream_text(json::parse(R"({"correction_deg": [0.5, 0, 0, 0, 0, 0], "measured_deg": )" +
                                    std::string{measured} + "}"));
   };
-  EXPECT_THAT(of("[null, null, null, null, null, null]"), HasSubstr("not separated from the drives' lag yet"));
+  EXPECT_THAT(of("[null, null, null, null, null, null]"),
+              HasSubstr("not separated from the drives' lag yet"));
   EXPECT_THAT(of("[0.499, null, 0, 0, 0, 0]"), HasSubstr("0.499 - 0.000 0.000 0.000 0.000 deg"));
   EXPECT_THAT(of("[]"), HasSubstr("measured      -"));
 }

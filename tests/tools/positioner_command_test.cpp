@@ -134,10 +134,10 @@ Eigen::Matrix4d pose_in(const json::value& f) {
   return plain::kuka_frame({number("x"), number("y"), number("z")}, {number("a"), number("b"), number("c")});
 }
 
-TEST_F(PositionerCommand, TheRootOfATurntableIsToldAndWhatNoReadingTellsOfIt) {
+TEST_F(PositionerCommand, TheRootOfATurntableIsReportedWithWhatIsNotIdentifiable) {
   calibrate_table(kTurntable);
-  const json::object told = document("positioner", with_table({"--number", "2"}));
-  const Eigen::Matrix4d root = pose_in(told.at("root"));
+  const json::object result = document("positioner", with_table({"--number", "2"}));
+  const Eigen::Matrix4d root = pose_in(result.at("root"));
   // The axis is where it truly is; along and about it the root is as it was given.
   const Eigen::Vector3d off = plain::moved(X_BR_.inverse(), root.topRightCorner<3, 1>());
   EXPECT_LT(off.head<2>().norm(), 0.03);
@@ -145,24 +145,25 @@ TEST_F(PositionerCommand, TheRootOfATurntableIsToldAndWhatNoReadingTellsOfIt) {
   const Eigen::Matrix4d given = plain::kuka_frame({1900, 350, -150}, {25, 0, 0});
   EXPECT_LT(std::abs(plain::moved(root.inverse(), given.topRightCorner<3, 1>()).z()), 1e-3);
   EXPECT_LT(plain::rad_between(root, given), 5e-3);
-  EXPECT_THAT(std::string(told.at("krl").as_string()), testing::StartsWith("MACHINE_DEF[2].ROOT={X "));
-  EXPECT_THAT(std::string(told.at("notes").at(0).as_string()),
+  EXPECT_THAT(std::string(result.at("krl").as_string()), testing::StartsWith("MACHINE_DEF[2].ROOT={X "));
+  EXPECT_THAT(std::string(result.at("notes").at(0).as_string()),
               HasSubstr("its place along it: it is as --root has it"));
-  EXPECT_EQ(told.at("axes").as_array().size(), 1U);
-  EXPECT_FALSE(told.contains("workpiece"));
+  EXPECT_EQ(result.at("axes").as_array().size(), 1U);
+  EXPECT_FALSE(result.contains("workpiece"));
 }
 
-TEST_F(PositionerCommand, TheRootOfATiltAndTurnIsToldWithWhatItsAxesErr) {
+TEST_F(PositionerCommand, TheRootOfATiltAndTurnIsReportedWithTheErrorsOfItsAxes) {
   calibrate_table(kTiltAndTurn);
-  const json::object told = document("positioner", with_table({}));
-  EXPECT_LT(plain::mm_between(pose_in(told.at("root")), X_BR_), 0.05);
-  EXPECT_LT(plain::rad_between(pose_in(told.at("root")), X_BR_), 1e-4);
-  for (const json::value& sigma : told.at("sigma_mm").as_array()) EXPECT_LT(sigma.to_number<double>(), 0.03);
-  const json::array& links = told.at("links").as_array();
+  const json::object result = document("positioner", with_table({}));
+  EXPECT_LT(plain::mm_between(pose_in(result.at("root")), X_BR_), 0.05);
+  EXPECT_LT(plain::rad_between(pose_in(result.at("root")), X_BR_), 1e-4);
+  for (const json::value& sigma : result.at("sigma_mm").as_array())
+    EXPECT_LT(sigma.to_number<double>(), 0.03);
+  const json::array& links = result.at("links").as_array();
   ASSERT_EQ(links.size(), 2U);
   EXPECT_EQ(links[0].at("name").as_string(), "link2.a");
   EXPECT_NEAR(links[0].at("value").to_number<double>(), 120.4, 0.03);
-  EXPECT_TRUE(told.at("notes").as_array().empty());
+  EXPECT_TRUE(result.at("notes").as_array().empty());
   const Finished text = run("positioner", with_table({"--data", workpiece(), "--base-number", "17"}));
   EXPECT_THAT(text.out, HasSubstr("Axis 2 goes through ("));
   EXPECT_THAT(text.out, HasSubstr("link2.a is 120.4"));
@@ -212,7 +213,7 @@ TEST_F(PositionerCommand, ARowThatSlippedEndsItAndWritesNoFile) {
   EXPECT_FALSE(std::filesystem::exists(path("positioner.yaml")));
 }
 
-TEST_F(PositionerCommand, ATrackerThatMovedBeforeTheWorkpieceWasMeasuredIsTold) {
+TEST_F(PositionerCommand, ATrackerThatMovedBeforeTheWorkpieceWasMeasuredIsReported) {
   calibrate_table(kTiltAndTurn);
   const Eigen::Vector3d before_mm = model_.cell.base.p_mm;
   model_.cell.base.p_mm.y() += 0.5;
@@ -226,7 +227,7 @@ TEST_F(PositionerCommand, ATrackerThatMovedBeforeTheWorkpieceWasMeasuredIsTold) 
   EXPECT_FALSE(std::filesystem::exists(path("positioner.yaml")));
 }
 
-TEST_F(PositionerCommand, ATableThatTurnsTheOtherWayIsTold) {
+TEST_F(PositionerCommand, ATableThatTurnsTheOtherWayIsReported) {
   std::string other = kTurntable;
   other.replace(other.find("sign: 1"), 7, "sign: -1");
   calibrate_table(kTurntable);
@@ -248,8 +249,8 @@ TEST_F(PositionerCommand, ARootFarFromTheGivenOneAsksForTheStationOfTheTracker) 
   calibrate_table(kTurntable);
   model_.cell.base.p_mm.x() += 700;  // the tracker was moved between arm and table
   folder_.write("model.yaml", config::model_yaml(model_));
-  const json::object told = document("positioner", with_table({}));
-  EXPECT_THAT(std::string(told.at("notes").at(1).as_string()),
+  const json::object result = document("positioner", with_table({}));
+  EXPECT_THAT(std::string(result.at("notes").at(1).as_string()),
               HasSubstr("from one and the same station of the tracker"));
 }
 
@@ -258,13 +259,13 @@ TEST_F(PositionerCommand, TellsThatTheTableFailedItsVerdictHereAndWhereItIsUsed)
   config::ModelFile table = config::load_model(path("table_model.yaml"));
   table.verdict = CalibrationVerdict{{finding(FindingKind::Tolerance, "it is off by 3 mm")}};
   folder_.write("table_model.yaml", config::model_yaml(table));
-  const std::string told = ": judged red when it was made, do not use it: it is off by 3 mm\n";
+  const std::string warning = ": judged red when it was made, do not use it: it is off by 3 mm\n";
   const Finished made =
       run("positioner", with_table({"--data", workpiece(), "--out", path("positioner.yaml")}));
-  EXPECT_THAT(made.err, HasSubstr(path("table_model.yaml") + told));
+  EXPECT_THAT(made.err, HasSubstr(path("table_model.yaml") + warning));
   const Finished used = run("compensate", {"--positioner", path("positioner.yaml"), "--poses",
                                            folder_.write("t.csv", "x,y,z,e1,e2\n1,2,3,4,5\n")});
-  EXPECT_THAT(used.err, HasSubstr(path("positioner.yaml") + ": table" + told));
+  EXPECT_THAT(used.err, HasSubstr(path("positioner.yaml") + ": table" + warning));
 }
 
 TEST_F(PositionerCommand, WhatCannotBeUsedIsRefusedWithWhatToDo) {

@@ -180,7 +180,7 @@ TEST(ProgramCompensation, NothingButNumbersChanges) {
       text = without_numbers(text);
       // A relative motion may need components that it did not have.
       text = std::regex_replace(text, std::regex{"Lin_Rel \\{[^}]*\\}"}, "Lin_Rel {}");
-      std::erase(text, 'B');  // of a binary S or T that was written anew
+      std::erase(text, 'B');  // of a binary S or T that was rewritten
       return text;
     };
     EXPECT_EQ(bare(corrected.after.src), bare(files.src)) << files.name;

@@ -64,7 +64,7 @@ TEST_F(ReportCommand, EndsByTheVerdictAsCalibrateDoes) {
   EXPECT_EQ(report(document), 1) << "nothing looks good that was not judged";
 }
 
-TEST_F(ReportCommand, WritesThePageAndTheDocumentWithTheTruthBesideIt) {
+TEST_F(ReportCommand, WritesThePageAndTheDocumentWithTheTruthNextToIt) {
   folder_.write("truth.json", json::serialize(report::full_document(5).at("truth")));
   ReportOptions options;
   options.truth = folder_.path() / "truth.json";

@@ -82,7 +82,7 @@ constexpr std::string_view kProbe = R"html(<script>
 </script></body>)html";
 
 /// A simulated arm with link errors, measured with noise: two reflectors, one of a hostile name, a payload,
-/// and two gross errors.
+/// and two outliers.
 class ReportPage : public testing::Test {
  protected:
   ReportPage() {
@@ -170,7 +170,7 @@ TEST_F(ReportPage, OpensInABrowserWithoutAComplaintAndItsChartsDownloadsSwitchAn
     EXPECT_EQ(probe.at("downloads").at(name).as_string(), content) << name;
   expect_near(document, json::parse(files.at("report.json")), "");
 
-  // Two stages of 24 validation points; the axes' lines besides.
+  // Two stages of 24 validation points, and the axes' lines.
   for (const char* chart :
        {"3-D error, mm, logarithmic", "Error along x, mm", "Joint 1, mm", "Joint 6, mm"}) {
     EXPECT_GT(probe.at("marks").at(chart).as_int64(), 24) << chart;

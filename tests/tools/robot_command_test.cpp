@@ -55,7 +55,7 @@ class RobotFixCommand : public testing::Test {
   MeasurementData data_;
 };
 
-TEST_F(RobotFixCommand, MendsTheLineThatCalibrateNames) {
+TEST_F(RobotFixCommand, FixesTheLineThatCalibrateNames) {
   const std::string wrong = with("d: 0, theta: -90", "d: 0, theta: 0");
   const std::string robot = robot_file(wrong), data = data_file();
   const Finished refused = run_program("truepose", {"calibrate", "--robot", robot, "--data", data});
@@ -78,15 +78,16 @@ TEST_F(RobotFixCommand, MendsTheLineThatCalibrateNames) {
       0);
 }
 
-TEST_F(RobotFixCommand, MendsMeasurementsWhereTheMistakeIsInThem) {
+TEST_F(RobotFixCommand, FixesMeasurementsWhereTheMistakeIsInThem) {
   for (Measurement& point : data_.points) point.p_WS_mm /= 1000;
   const std::string robot = robot_file(text_), data = data_file();
-  const Finished told = run_program("truepose", {"robot", "fix", robot, data, "--out", path("fixed.yaml")});
-  EXPECT_EQ(told.exit_code, 1);
-  EXPECT_THAT(told.err, StartsWith("truepose: " + data +
-                                   ": x, y, z: the points are in m, not mm: with them "
-                                   "converted the coarse error falls"));
-  EXPECT_THAT(told.err, HasSubstr("where --out-data says"));
+  const Finished refused =
+      run_program("truepose", {"robot", "fix", robot, data, "--out", path("fixed.yaml")});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, StartsWith("truepose: " + data +
+                                      ": x, y, z: the points are in m, not mm: with them "
+                                      "converted the coarse error falls"));
+  EXPECT_THAT(refused.err, HasSubstr("where --out-data says"));
   EXPECT_FALSE(std::filesystem::exists(path("fixed.yaml")));
   EXPECT_EQ(run_program("truepose", {"robot", "fix", robot, data, "--out-data", path("mm.csv")}).exit_code,
             0);

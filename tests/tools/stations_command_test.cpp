@@ -112,14 +112,14 @@ TEST_F(StationsCommand, TheModelIsThatOfTheFirstAndSaysSo) {
     EXPECT_LT((model.cell.predict(q, 0) - truth_.predict(q, 0)).norm(), 0.15);
 }
 
-TEST_F(StationsCommand, AMistakeIsToldOfTheFileThatHasIt) {
+TEST_F(StationsCommand, AMistakeIsReportedForTheFileThatHasIt) {
   write(door_, door_base_, 30, 1 / 25.4);
   const Finished run = calibrate({});
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, StartsWith("truepose: " + door_ + ": "));
 }
 
-TEST_F(StationsCommand, ARowIsToldWithItsFile) {
+TEST_F(StationsCommand, ARowIsReportedWithItsFile) {
   constexpr double kEvery_s = 60;
   const auto measured_at = [](double start_s) {
     return [=](std::vector<Measurement>& points) {

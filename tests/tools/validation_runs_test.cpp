@@ -135,7 +135,7 @@ TEST_F(WrongPoint, MissesAToleranceInOtherSplitsThanTheFirst) {
   EXPECT_EQ(run_all({"--tolerance", "20"}).exit_code, 0);
 }
 
-TEST_F(WrongPoint, OfFewSplitsIsToldAndRaisesNoDoubt) {
+TEST_F(WrongPoint, OfFewSplitsIsReportedAndRaisesNoDoubt) {
   int doubted = 0;
   for (int seed = kFirst; seed < kFirst + kSplits; ++seed) doubted += run(seed, {}).exit_code == 1;
   ASSERT_GT(doubted, 0);

@@ -113,7 +113,7 @@ TEST_F(FullStandardOutput, EndsACommandWithAWordOnIt) {
   expect_told({"--help"});
 }
 
-TEST_F(FullStandardOutput, IsToldOfMoreThanIsKeptBeforeItIsWritten) {
+TEST_F(FullStandardOutput, IsReportedForMoreThanIsKeptBeforeItIsWritten) {
   std::string many = "q1,q2,q3,q4,q5,q6\n";
   for (int i = 0; i < 2000; ++i) many += "20,-80,100,30,45,-40\n";
   const std::string file = folder_.write("many.csv", many);

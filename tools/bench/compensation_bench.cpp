@@ -111,8 +111,7 @@ const RegressorPtr& fitted() {
   return one;
 }
 
-/// One pose displaced by a field over 300 training poses; beside the time, what the field leaves of the
-/// error.
+/// One pose displaced by a field over 300 training poses: the time, and the residual error.
 void residual(benchmark::State& state) {
   const ResidualJob& job = residual_job();
   CalibratedCell corrected = job.cell;

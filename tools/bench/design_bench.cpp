@@ -35,7 +35,7 @@ const std::vector<Rows>& rows() {
 
 /// Takes the best candidate `kPoses` times.
 /// @param gain  of a candidate, by its rows
-/// @param take  is told of the rows of the best one
+/// @param take  gets the rows of the best one
 template <typename Gain, typename Take>
 std::vector<std::size_t> greedily(Gain gain, Take take) {
   std::vector<std::size_t> chosen;

@@ -142,7 +142,7 @@ class Echo {
   std::jthread thread_;
 };
 
-/// The daemon's realtime thread with a model in force.
+/// The daemon's realtime thread with a model in effect.
 class Stream {
  public:
   explicit Stream(const RobotModel& model) {

@@ -1,4 +1,4 @@
-// A bridge from truepose to Leica trackers of LMF: AT930, AT960, AT40x, AT500, ATS600. It runs on Windows beside Leica's SDK.
+// A bridge from truepose to Leica trackers of LMF: AT930, AT960, AT40x, AT500, ATS600. It runs on Windows with Leica's SDK.
 //
 //     csc -r:LMF.Tracker.Connection.dll -r:System.Web.Extensions.dll LmfBridge.cs Bridge.cs      (or mcs)
 //     LmfBridge.exe 0.0.0.0:7700 192.168.0.1        the tracker's address; AT960LRSimulator is Leica's own simulator

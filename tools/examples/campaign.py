@@ -37,7 +37,7 @@ class Daemon:
         while True:
             message = self._read()
             if message.get("id") != self._last_id:
-                continue  # an event, which is kept, or what a later daemon tells besides
+                continue  # an event, which is kept, or a message of a later daemon
             if "error" in message:
                 raise Refused(message["error"]["message"])
             return message["result"]

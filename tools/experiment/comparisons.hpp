@@ -53,8 +53,8 @@ std::vector<PublishedComparison> explain_published(const RobotModel& nominal,
                                                    const ExperimentOptions& options,
                                                    const ExperimentHooks& hooks);
 
-/// The paper's figures of its real arm beside the heavy arm's with the fewest poses. Two different arms: this
-/// shows magnitudes, and reproduces nothing.
-std::vector<PublishedComparison> beside_the_real_arm(std::span<const LayerResult> layers);
+/// The paper's figures of its real arm compared with the heavy arm's with the fewest poses. The arms differ:
+/// this shows magnitudes, and reproduces nothing.
+std::vector<PublishedComparison> compared_with_real_arm(std::span<const LayerResult> layers);
 
 }  // namespace truepose

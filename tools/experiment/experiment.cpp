@@ -24,7 +24,7 @@ std::expected<ExperimentResult, std::string> run_experiment(const RobotModel& no
   result.designs = compare_designs(nominal, options, hooks);
   result.layers = compare_layers(nominal, options, hooks);
   result.published = explain_published(nominal, options, hooks);
-  std::ranges::move(beside_the_real_arm(result.layers), std::back_inserter(result.published));
+  std::ranges::move(compared_with_real_arm(result.layers), std::back_inserter(result.published));
   return result;
 }
 

@@ -57,7 +57,7 @@ struct MethodResult {
   double converged = 0;                   ///< share of the trials
   double iterations = 0;                  ///< mean
   double time_s = 0;                      ///< median of one fit
-  double within_2_percent_of_oracle = 0;  ///< share of the trials; with gross errors alone, else 0
+  double within_2_percent_of_oracle = 0;  ///< share of the trials; with outliers alone, else 0
   /// RMS of the points to identify before each iteration of the first trial, coarse stage and then fine one.
   std::vector<double> convergence_mm;
   std::vector<double> errors_mm;  ///< of the first trial, at each validation pose
@@ -81,7 +81,7 @@ struct LayerResult {
   double model_rms_mm = 0;     ///< against where it stands on average
 };
 
-/// A figure that the paper prints beside what explains it here.
+/// A figure of the paper, with its counterpart here.
 struct PublishedComparison {
   std::string figure;  ///< what was measured
   std::string source;  ///< where the paper prints it

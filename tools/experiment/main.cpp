@@ -155,8 +155,8 @@ json::array rows_json(const std::vector<Row>& rows, json::object (*row_json)(con
 /// "layers":[{"layer","rigid","poses","backlash_deg","validation":S,"model_rms"}],
 /// "published":[{"figure","source","published_mean","mean","explanation"}]}.
 ///
-/// "rmse_over_bound" is null without noise, "within_2_percent_of_oracle" is there with gross errors alone. S
-/// is record::statistics_json; of a method without any fit it is null, as are its quartiles.
+/// "rmse_over_bound" is null without noise, "within_2_percent_of_oracle" is there with outliers alone. S is
+/// record::statistics_json; of a method without any fit it is null, as are its quartiles.
 json::object experiment_document(const ExperimentOptions& options, const ExperimentResult& result) {
   return {{"seed", options.seed},
           {"trials", options.trials},

@@ -23,7 +23,7 @@ struct Method {
   TrialData data;
   Start start = Start::Unaided;
   CalibrateOptions options = {};
-  bool knows_gross_errors = false;  ///< the oracle: gross errors are taken out before the fit
+  bool knows_gross_errors = false;  ///< the oracle: outliers are taken out before the fit
   /// How all is fitted from a guess of base and reflectors, where not by calibrate().
   std::function<ReferenceFit(const CalibratedCell&, const MeasurementData&)> fit = {};
 };
@@ -80,7 +80,7 @@ std::vector<Method> all_methods() {
       {"two-stage with prior", Noisy, Start::Unaided, with_prior},
       {"two-stage", Noisy, Start::Unaided, plain},
       {"two-stage", NoiseFree, Start::Unaided, plain},
-      // The oracle comes first of those with gross errors: the others are measured against it.
+      // The oracle comes first of those with outliers: the others are measured against it.
       {"oracle", GrossErrors, Start::Unaided, plain, true},
       {"two-stage", GrossErrors, Start::Unaided, plain},
       {"two-stage, screened", GrossErrors, Start::Unaided, with(Loss::OutlierRejection)},

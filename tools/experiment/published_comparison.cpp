@@ -102,7 +102,7 @@ std::vector<PublishedComparison> explain_published(const RobotModel& nominal,
        "What the two-stage fit reaches on the same points when no parameter is lost.", sums.whole / count}};
 }
 
-std::vector<PublishedComparison> beside_the_real_arm(std::span<const LayerResult> layers) {
+std::vector<PublishedComparison> compared_with_real_arm(std::span<const LayerResult> layers) {
   std::vector<PublishedComparison> pairs;
   const auto add = [&](std::string_view layer, std::string figure, double published_mm, std::string text) {
     const auto ours = std::ranges::find_if(

@@ -26,7 +26,7 @@ struct Faults {
   // TCP alone:
   double bytes_per_s = 0;  ///< 0: as fast as it goes
   double coalesce_ms = 0;  ///< what comes within it arrives as one piece
-  bool half_open = false;  ///< nothing goes on, and the connection stays
+  bool half_open = false;  ///< nothing continues, and the connection stays
 };
 
 struct Counters {
@@ -45,7 +45,7 @@ class FaultyWay {
 
   explicit FaultyWay(std::uint64_t seed) : random_{seed} {}
 
-  /// What goes on now, in this order: none where it is lost or held back for the next one.
+  /// What continues now, in this order: none where it is lost or held back for the next one.
   std::vector<Outgoing> datagram(std::string_view bytes);
   /// A piece of a stream, of which nothing may be lost, doubled or overtaken.
   Outgoing piece(std::string_view bytes);

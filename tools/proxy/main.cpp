@@ -41,7 +41,7 @@ Options:
   --ready-file FILE    written with seed and addresses once all of them are open
 
 An object: {"route": "LISTEN", "direction": "to_target", "loss": 0.01, "burst": 3}. Left out: all routes, both
-directions. Numbers stay until they are set anew:
+directions. Numbers stay until they are set again:
   delay_ms, jitter_ms (up to so much more), truncate, corrupt (shares), nul_bytes (behind each);
   of datagrams: loss, duplicate, reorder (shares), burst (mean length of a row of losses);
   of TCP: bytes_per_s, coalesce_ms (what comes within it arrives as one piece), half_open (true: nothing goes on).

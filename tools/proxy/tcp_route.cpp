@@ -79,7 +79,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool open() const { return client_.is_open(); }
 
  private:
-  /// Until either end closes, which the other end is then told.
+  /// Until either end closes; then the other end is closed too.
   asio::awaitable<void> pump(tcp::socket& from, tcp::socket& to, FaultyWay& way) {
     const auto self = shared_from_this();
     std::array<char, 64 * 1024> buffer;

@@ -64,7 +64,7 @@ class UdpForwarder : public std::enable_shared_from_this<UdpForwarder> {
     const ClientPtr client = client_of(sender_);
     if (!client) return;
     forward(ways.to_target.datagram(bytes), [client](const std::string& datagram) {
-      error_code ignored;  // nobody there is the devices' own matter
+      error_code ignored;  // an absent receiver is the devices' own matter
       client->socket.send(asio::buffer(datagram), 0, ignored);
     });
   }

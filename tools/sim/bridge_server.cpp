@@ -115,7 +115,7 @@ class BridgeTracker final : public SimulatedTracker {
   }
   void handle(std::int64_t id, const SetAir& request) {
     if (!may_act(id)) return;
-    told_ = request.air;
+    client_air_ = request.air;
     answer(id);
   }
   void handle(std::int64_t id, const Rehearse& request) {
@@ -241,7 +241,7 @@ class BridgeTracker final : public SimulatedTracker {
     return Orientation{turned.w(), turned.x(), turned.y(), turned.z(), measured->sigma_rad * kDegPerRad};
   }
   /// By which it corrects distances.
-  Air air() const { return told_.value_or(beam_.disturbance().station_air()); }
+  Air air() const { return client_air_.value_or(beam_.disturbance().station_air()); }
 
   // ---- What comes about by itself ----
 
@@ -253,13 +253,13 @@ class BridgeTracker final : public SimulatedTracker {
   void look_after() override {
     if (beam_.disturbance().storms) report(EventKind::Ready);
   }
-  void forget() override { told_.reset(); }
+  void forget() override { client_air_.reset(); }
 
   control::LineSplitter lines_{kMaxLine};
   bool greeted_ = false;
   std::optional<std::int64_t> pending_;  ///< the request that is under way
   std::string reflector_{kReflectorBalls.front().name};
-  std::optional<Air> told_;
+  std::optional<Air> client_air_;
   double search_mm_ = 0;  ///< of the last aim
 };
 

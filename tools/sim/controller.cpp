@@ -18,8 +18,8 @@ constexpr int kT1 = 1, kT2 = 2;  // operating modes
 
 SimTime sim_time(Seconds t) { return std::chrono::ceil<SimTime>(t); }
 
-/// As a PC is told it, by EKI and RSI alike.
-eki::ProgramState as_told(krl::ProgramState state) {
+/// The state as EKI and RSI report it to a PC.
+eki::ProgramState reported_state(krl::ProgramState state) {
   switch (state) {
     case krl::ProgramState::Free:
       return eki::ProgramState::Free;
@@ -373,7 +373,7 @@ std::uint64_t Controller::stops() const {
 
 Controller::Program Controller::program() const {
   const std::lock_guard lock{mutex_};
-  return {.name = selected_, .state = as_told(robot_->state()), .line = robot_->line()};
+  return {.name = selected_, .state = reported_state(robot_->state()), .line = robot_->line()};
 }
 
 std::uint64_t Controller::halts() const {
@@ -465,7 +465,7 @@ FlowSources Controller::sources() const {
           .axes_deg = axes_deg,
           .time_s = std::chrono::duration<double>(time_).count(),
           .mode = mode_,
-          .program_state = static_cast<int>(as_told(robot_->state())),
+          .program_state = static_cast<int>(reported_state(robot_->state())),
           .override_percent = std::get<std::int32_t>(variables_.at("$OV_PRO")),
           .base = frame_in("$BASE").value_or(Eigen::Isometry3d::Identity()),
           .tool = frame_in("$TOOL").value_or(Eigen::Isometry3d::Identity())};

@@ -46,7 +46,7 @@ struct ControllerSetup {
   /// Called after a cycle of RSI that left documents, closed channels, messages or a HALT. On the cycles'
   /// thread.
   std::function<void()> on_news = [] {};
-  /// Called in each cycle of RSI, on its thread; none where nobody looks.
+  /// Called in each cycle of RSI, on its thread; none where no observer is set.
   std::function<void(const ProgramCycle&)> on_cycle{};
 };
 

@@ -182,7 +182,7 @@ std::expected<CallResult, std::string> Controller::rsi_parameter(krl::ExternalCa
   return CallResult{.value = kRsiOk};
 }
 
-/// The arm stands, but for the corrections, until STOP. @return whether the program goes on
+/// The arm stands, but for the corrections, until STOP. @return whether the program continues
 bool Controller::movecorr(bool is_first) {
   if (is_first && rsi_on_) {
     in_movecorr_ = true;

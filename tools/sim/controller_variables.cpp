@@ -161,7 +161,7 @@ std::optional<Eigen::Isometry3d> Controller::frame_in(std::string_view variable)
   return pose_from_kuka({at(0), at(1), at(2)}, {at(3), at(4), at(5)});
 }
 
-/// There is none while no tool or base is in force, as after a cancelled program.
+/// There is none while no tool or base is in effect, as after a cancelled program.
 Value Controller::pose_at(const JointVector& q) const {
   const auto base = frame_in("$BASE"), tool = frame_in("$TOOL");
   if (!base || !tool) return {};

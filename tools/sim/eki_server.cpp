@@ -34,7 +34,7 @@ tcp::acceptor bound_to(const asio::any_io_executor& executor, const tcp::endpoin
   return acceptor;
 }
 
-/// That nobody else listens there, which a port to be shared does not say.
+/// Checks that no other program listens there, which binding a shared port does not show.
 void expect_free(const asio::any_io_executor& executor, const tcp::endpoint& endpoint) {
   tcp::acceptor acceptor{executor, endpoint.protocol()};
   error_code fault;

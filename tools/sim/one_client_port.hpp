@@ -9,15 +9,15 @@
 
 namespace truepose::sim {
 
-/// What is told of a port's client.
+/// Callbacks for events of a port's client.
 struct PortListener {
   std::function<void()> connected;
-  std::function<bool(std::string_view bytes)> received;  ///< @return whether the connection goes on
+  std::function<bool(std::string_view bytes)> received;  ///< @return whether the connection continues
   std::function<void()> lost;
 };
 
-/// A TCP port that serves one client at a time; a further one is sent a last message and closed. Nothing is
-/// told once it is destroyed.
+/// A TCP port that serves one client at a time; a further one is sent a last message and closed. There are no
+/// callbacks after its destruction.
 class OneClientPort {
  public:
   /// Listens at once. Throws boost::system::system_error when the port cannot be bound.

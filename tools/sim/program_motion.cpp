@@ -92,7 +92,7 @@ void ProgramMotion::move_on(Seconds time) {
   if (!waiting_.empty()) switching_.visit(waiting_.front(), since_, blended_in_, blended_out(), rate_);
 }
 
-/// How long the motion's end is made beside the beginning of the next.
+/// How long the motion's end overlaps the beginning of the next.
 Seconds ProgramMotion::blended_out() const {
   const PlannedMotion& motion = waiting_.front();
   if (waiting_.size() < 2) return Seconds{0};

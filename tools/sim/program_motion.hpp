@@ -72,7 +72,7 @@ class ProgramMotion {
   std::deque<PlannedMotion> waiting_;
   SwitchingPoints switching_;
   Seconds since_{0};       ///< the beginning of the first of them
-  Seconds blended_in_{0};  ///< of which it was made beside the one before
+  Seconds blended_in_{0};  ///< of which it overlapped the one before
   double rate_ = 1;        ///< at which time passes on the path, 0..1
   double override_ = 1;
   bool braked_ = false;

@@ -128,7 +128,7 @@ struct RsiCounters {
   std::uint64_t rejected = 0;    ///< replies that are malformed or not of the configured SENTYPE
   std::uint64_t clamped = 0;     ///< cycles in which AXISCORR clamped an axis
   double max_step_rad =
-      0;  ///< greatest change of an axis' correction (AXISCORR) in force from one cycle to the next
+      0;  ///< greatest change of an axis' correction (AXISCORR) in effect from one cycle to the next
   double correction_rad =
       0;  ///< greatest correction of an axis that is in effect, or was at the end of the session
 };
@@ -160,9 +160,10 @@ class RsiClient {
   /// @return why RSI has ended, if it has
   std::optional<RsiEnd> end_cycle();
 
-  /// The clock goes on for a cycle in which nothing is sent and no reply is waited for. The set points stay.
+  /// The clock continues for a cycle in which nothing is sent and no reply is waited for. The set points
+  /// stay.
   void pass();
-  /// RSI is switched off, and on after a pause: nothing is in force, and the arm stands where the program
+  /// RSI is switched off, and on after a pause: nothing is in effect, and the arm stands where the program
   /// does.
   /// @param ipoc  first time stamp; nothing where the clock has just gone on
   void restart(std::uint64_t pause_cycles, std::optional<std::uint64_t> ipoc);
@@ -173,14 +174,14 @@ class RsiClient {
   /// up.
   RsiClient twin() const;
 
-  /// Names in the replies that a controller ignores without a word, each told once.
-  std::vector<std::string> take_strangers() { return replies_.take_strangers(); }
+  /// Names in the replies that a controller ignores silently, each returned once.
+  std::vector<std::string> take_unknown_names() { return replies_.take_unknown_names(); }
 
   /// Why replies were rejected, the first of each cause in a session.
   std::vector<std::string> take_rejections() { return std::exchange(rejections_, {}); }
 
   const JointVector& axes() const { return servo_.position(); }        ///< actual
-  const rsi::Axes& correction_rad() const { return correction_rad_; }  ///< in force
+  const rsi::Axes& correction_rad() const { return correction_rad_; }  ///< in effect
   std::uint64_t ipoc() const { return ipoc_; }
   bool moving() const { return program_->moving(); }
   bool is_on() const { return program_->is_on(); }

@@ -272,7 +272,8 @@ std::expected<ReplyReader::Reply, ReplyFault> ReplyReader::read(std::string_view
 
 /// Only what the list does not have.
 void ReplyReader::tell(std::string name) {
-  if (!names_.contains(name) && told_.insert(name).second) strangers_.push_back(std::move(name));
+  if (!names_.contains(name) && returned_names_.insert(name).second)
+    unknown_names_.push_back(std::move(name));
 }
 
 }  // namespace truepose::sim

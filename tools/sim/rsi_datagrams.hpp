@@ -68,7 +68,7 @@ struct ReplyFault {
 };
 
 /// Reads the replies of a PC as the ETHERNET object does: by SENTYPE and IPOC, and the values of the RECEIVE
-/// list. All else in them it ignores without a word, and then moves nothing; here it is told.
+/// list. It ignores all else in them silently, and then moves nothing; this class reports it.
 class ReplyReader {
  public:
   explicit ReplyReader(rsi::EthernetConfig ethernet);
@@ -79,16 +79,16 @@ class ReplyReader {
   };
   std::expected<Reply, ReplyFault> read(std::string_view datagram);
 
-  /// Names in the replies that the list does not have, each told once: "AKorr", "AK.A7".
-  std::vector<std::string> take_strangers() { return std::exchange(strangers_, {}); }
+  /// Names in the replies that the list does not have, each returned once: "AKorr", "AK.A7".
+  std::vector<std::string> take_unknown_names() { return std::exchange(unknown_names_, {}); }
 
  private:
   void tell(std::string name);
 
   rsi::EthernetConfig ethernet_;
   std::set<std::string, std::less<>> elements_, names_;  // "AK"; "AK.A1" and "Stop"
-  std::set<std::string, std::less<>> told_;
-  std::vector<std::string> strangers_;
+  std::set<std::string, std::less<>> returned_names_;
+  std::vector<std::string> unknown_names_;
 };
 
 }  // namespace truepose::sim

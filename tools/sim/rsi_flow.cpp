@@ -14,7 +14,7 @@ namespace truepose::sim {
 namespace {
 
 /// What holds in a controller: parameters that are not given, and the monitors where there are none.
-rsi::Context with_what_holds(rsi::Context context) {
+rsi::Context with_defaults(rsi::Context context) {
   for (const char* monitor : {"AXISCORRMON", "POSCORRMON"}) {
     if (context.of_type(monitor) == nullptr) context.objects.push_back({.type = monitor, .id = monitor});
   }
@@ -85,13 +85,13 @@ void write_outputs(const rsi::ContextObject& object, double value, FlowEffects& 
 }  // namespace
 
 std::optional<double> value_of(const rsi::Context& context, const RsiParameter& parameter) {
-  const rsi::Context holds = with_what_holds(context);
+  const rsi::Context holds = with_defaults(context);
   const auto found = find(holds, parameter);
   return found ? found->first->number(found->second) : std::nullopt;
 }
 
 void set_parameter(rsi::Context& context, const RsiParameter& parameter) {
-  context = with_what_holds(std::move(context));
+  context = with_defaults(std::move(context));
   const auto found = find(context, parameter);
   if (!found) return;
   auto& object = context.objects[static_cast<std::size_t>(found->first - context.objects.data())];
@@ -100,7 +100,7 @@ void set_parameter(rsi::Context& context, const RsiParameter& parameter) {
 
 std::expected<RsiFlow, std::string> RsiFlow::of(rsi::Context context) {
   if (context.of_type("ETHERNET") == nullptr) return std::unexpected("there is no ETHERNET object");
-  context = with_what_holds(std::move(context));
+  context = with_defaults(std::move(context));
   if (auto what = not_simulated(context)) return std::unexpected(*std::move(what));
   return RsiFlow{std::move(context)};
 }

@@ -182,7 +182,7 @@ class RsiRunner::Session {
       const bool overrun = behind > cycle_ / 2;
       if (overrun) tick = now;
       publish(end, overrun ? behind : nanoseconds{0});
-      for (const std::string& name : client_.take_strangers()) listener_.stranger(name);
+      for (const std::string& name : client_.take_unknown_names()) listener_.unknown_name(name);
     }
     if (second_) end_second_sender();
     if (end) listener_.ended(*end);
@@ -305,7 +305,7 @@ class RsiRunner::Session {
   }
 
   void put_on_the_wire(std::string_view datagram) {
-    boost::system::error_code lost;  // as on a wire, nobody is told
+    boost::system::error_code lost;  // lost as on a wire, without an error
     socket_.send_to(boost::asio::buffer(datagram), target_, 0, lost);
   }
 

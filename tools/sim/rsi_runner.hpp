@@ -37,11 +37,11 @@ class TurnaroundHistogram {
   std::int64_t max_us_ = 0;
 };
 
-/// What came to controllers that sent to the PC beside ours.
+/// Replies to other controllers that send to the same PC.
 struct SecondSenders {
   std::uint64_t cycles = 0;
   std::uint64_t answered = 0;
-  double max_step_rad = 0;  ///< of a correction that they had in force
+  double max_step_rad = 0;  ///< of a correction that they had in effect
 
   void add(const RsiCounters& counters);
   void add(const SecondSenders& other);
@@ -75,7 +75,7 @@ struct RsiRunnerOptions {
 struct RsiListener {
   std::function<void(RsiEnd)> ended;  ///< once, when RSI ends by itself; not when it is destroyed
   /// A name in the PC's replies that a controller ignores without a word.
-  std::function<void(const std::string& name)> stranger = [](const std::string&) {};
+  std::function<void(const std::string& name)> unknown_name = [](const std::string&) {};
   /// A line on the first reply that was rejected for a cause.
   std::function<void(const std::string& line)> rejected = [](const std::string&) {};
 };

@@ -273,7 +273,7 @@ void SimulatedCell::pass_time() {
 
 /// Makes the rest of the cell agree with the controller's new state.
 void SimulatedCell::follow() {
-  say_what_is_new();
+  forward_outputs();
   restart_after_halt();
   for (; stops_seen_ < controller_.stops(); ++stops_seen_) {
     arm_.warm_up(now());
@@ -301,7 +301,7 @@ void SimulatedCell::restart_after_halt() {
                   {.kind = OperatorAct::Kind::Start});
 }
 
-void SimulatedCell::say_what_is_new() {
+void SimulatedCell::forward_outputs() {
   for (const std::string& channel : controller_.take_closed()) eki_.close(channel);
   for (const EkiPort& its : eki_ports_) eki_.listen(its.channel, controller_.is_open(its.channel));
   for (Controller::Document& document : controller_.take_documents())
@@ -337,13 +337,13 @@ void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   const auto ended = [this, number = session.number](RsiEnd end) {
     boost::asio::post(executor_, [=, this] { rsi_ended(number, end); });
   };
-  const auto stranger = [this](const std::string& name) {
-    boost::asio::post(executor_, [=, this] { tell_of_stranger(name); });
+  const auto unknown_name = [this](const std::string& name) {
+    boost::asio::post(executor_, [=, this] { report_unknown_name(name); });
   };
   const auto rejected = [this](const std::string& line) {
     boost::asio::post(executor_, [line] { std::fprintf(stderr, "%s\n", line.c_str()); });
   };
-  rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, stranger, rejected});
+  rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, unknown_name, rejected});
 }
 
 void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {
@@ -371,8 +371,8 @@ void SimulatedCell::operate_later(std::chrono::nanoseconds after, OperatorAct ac
   });
 }
 
-void SimulatedCell::tell_of_stranger(const std::string& name) {
-  if (!strangers_told_.insert(name).second) return;
+void SimulatedCell::report_unknown_name(const std::string& name) {
+  if (!reported_unknown_names_.insert(name).second) return;
   std::fprintf(stderr,
                "RSI: the replies have %s, which the RECEIVE list of the ethernet configuration does not: a "
                "controller ignores it without a word\n",

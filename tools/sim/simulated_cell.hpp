@@ -63,9 +63,9 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   Ports ports() const;
   CellStatistics statistics() const;
 
-  /// Somebody puts the arm's first reflector elsewhere on the flange, opened as before.
+  /// Moves the arm's first reflector to another place on the flange, opened as before.
   void put_reflector(const Eigen::Vector3d& p_FS_mm);
-  /// Somebody jogs the arm to these axes. Throws std::invalid_argument where that cannot be done.
+  /// Jogs the arm to these axes. Throws std::invalid_argument where that cannot be done.
   void jog(const JointVector& q);
   /// A fault that begins now.
   void begin(config::ScenarioFault fault);
@@ -84,13 +84,13 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   SimTime now() const;
   void pass_time();
   void follow();
-  void say_what_is_new();
+  void forward_outputs();
   void restart_after_halt();
   void start_rsi(const Controller::RsiSession& session);
   void rsi_ended(std::uint64_t session, RsiEnd end);
   void operate_later(std::chrono::nanoseconds after, OperatorAct act);
   void disturb_robot(const config::ScenarioFault& fault);
-  void tell_of_stranger(const std::string& name);
+  void report_unknown_name(const std::string& name);
   void misbehave(const config::ScenarioFault& fault);
   void schedule(const config::ScenarioFault& fault, std::chrono::milliseconds at);
   void point_begins(std::uint64_t number);
@@ -115,7 +115,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   std::list<boost::asio::steady_timer> timers_;
   std::uint64_t point_ = 1;  // that the tracker measures, or comes to measure
   double extra_sigma_mm_ = 0;
-  std::set<std::string> strangers_told_;
+  std::set<std::string> reported_unknown_names_;
   RsiStatistics ended_sessions_;
   std::uint64_t rsi_session_ = 0;  // of the controller, that rsi_ serves
   std::uint64_t stops_seen_ = 0, halts_seen_ = 0;

@@ -40,7 +40,7 @@ class SimulatedTracker : public std::enable_shared_from_this<SimulatedTracker> {
   using Job = TrackerJobs::Job;
 
   virtual void connected() = 0;
-  /// @return whether the connection goes on
+  /// @return whether the connection continues
   virtual bool take(std::string_view bytes) = 0;
   /// Tells the client that no reflector is locked any more.
   virtual void lock_is_lost() = 0;

@@ -7,7 +7,7 @@
 
 namespace truepose::sim {
 
-/// The switching points of the motions that an arm makes, as time goes on.
+/// The switching points of the motions that an arm makes, as time continues.
 class SwitchingPoints {
  public:
   /// The arm is in a motion. What it has come to is switched, or waits for its delay.
@@ -18,7 +18,7 @@ class SwitchingPoints {
   /// A motion has ended. What lies behind its end goes over to the next; all else is switched.
   /// @param next  none where the arm stands
   void leave(PlannedMotion& motion, PlannedMotion* next);
-  /// Delays go on, whatever the arm does.
+  /// Delays continue, whatever the arm does.
   void pass(Seconds time);
   bool is_waiting() const { return !delayed_.empty(); }
   /// What was switched since this was last asked.

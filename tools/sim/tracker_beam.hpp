@@ -48,7 +48,7 @@ struct TrackerDisturbance {
   std::optional<double> std_mm;      ///< that it reports for each axis, whatever it is
   std::optional<Eigen::Vector3d>
       stray_mm;         ///< from ours to another reflector, which its search finds instead
-  bool busy = false;    ///< with what somebody else asked for: refuses every command
+  bool busy = false;    ///< with a request of another client: refuses every command
   bool silent = false;  ///< answers and reports nothing
   bool storms = false;  ///< reports changes of its state without end
   double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;  ///< that it reports

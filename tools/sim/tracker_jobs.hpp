@@ -36,7 +36,7 @@ class TrackerJobs {
   Duration scaled(Duration simulated) const {
     return std::chrono::duration_cast<Duration>(simulated / speedup_);
   }
-  /// @return whether the job goes on
+  /// @return whether the job continues
   boost::asio::awaitable<bool> wait(Job job, Duration simulated) {
     timer_.expires_after(scaled(simulated));
     co_await timer_.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));

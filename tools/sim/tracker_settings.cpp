@@ -151,7 +151,7 @@ std::optional<std::vector<TrackerPacket>> TrackerSettings::handle(const Command&
   return packets ? packets : handle_parameter(command);
 }
 
-/// Parameters that nobody has set are zero.
+/// Parameters that were never set are zero.
 std::optional<TrackerSettings::Packets> TrackerSettings::handle_parameter(const Command& command) {
   const auto answer = [&](Body body) {
     return Packets{Answer{command.code, status::kAllOk, std::move(body)}};

@@ -7,7 +7,7 @@
 
 namespace truepose::steering {
 
-/// Admits whoever connects until the acceptor is closed; what keeps it from that is told on standard error.
+/// Accepts clients until the acceptor is closed; reports failures on standard error.
 /// @param acceptor  kept until then, as is what it may be a part of
 /// @param port      for messages: "EKI"
 void accept_clients(std::shared_ptr<boost::asio::ip::tcp::acceptor> acceptor, std::string port,

@@ -10,7 +10,7 @@
 namespace truepose::steering {
 
 /// A port for who steers a program that stands in for a device: a line in, a line out, any number of clients.
-/// On this machine alone: whoever reaches it can stop robots and cut connections.
+/// On this machine alone: a client can stop robots and cut connections.
 class LinePort {
  public:
   /// @param answer  the reply to a line, both without their ends

@@ -23,7 +23,7 @@ namespace {
 
 int complain(std::string message, int exit_code) {
   std::ranges::replace(message, '\n', ' ');
-  say_beside("truepose: " + message);
+  print_to_stderr("truepose: " + message);
   return exit_code;
 }
 
@@ -192,7 +192,7 @@ void flush_standard_output() {
     throw CommandError{kBadInput, "standard output cannot be written" + why};
 }
 
-void say_beside(const std::string& sentence) {
+void print_to_stderr(const std::string& sentence) {
   std::cout.flush();
   std::fflush(stdout);
   std::fprintf(stderr, "%s\n", sentence.c_str());

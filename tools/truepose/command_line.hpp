@@ -46,8 +46,7 @@ Check member_of(std::vector<std::string> values);
 Check available(std::vector<std::string_view> values);
 
 /// Where the value of an option goes, which says its type. An optional stays empty where the option is not
-/// given; the parts of a list stand between commas; a bool is a flag, and an optional one has a --no-...
-/// beside it.
+/// given; the parts of a list stand between commas; a bool is a flag, and an optional one has a --no-... too.
 using OptionTarget =
     std::variant<bool*, std::optional<bool>*, int*, std::optional<int>*, std::optional<std::int64_t>*,
                  std::uint64_t*, std::optional<std::uint64_t>*, double*, std::optional<double>*, std::string*,
@@ -98,7 +97,7 @@ void flush_standard_output();
 
 /// Says on standard error what is no part of the answer, behind all that was printed before: where both go to
 /// one file it would stand in the midst of it.
-void say_beside(const std::string& sentence);
+void print_to_stderr(const std::string& sentence);
 
 /// Runs the command that the words ask for. @return the exit code: kBadInput too where what it printed did
 /// not arrive

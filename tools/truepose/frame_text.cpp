@@ -28,31 +28,31 @@ Cells sigma_cells(const Eigen::Vector3d& sigma_mm, const std::optional<Eigen::Ve
   return cells;
 }
 
-std::string readings_text(const FrameDocument& told) {
-  const bool turned = std::ranges::any_of(told.readings, [](const FrameDocument::Reading& reading) {
+std::string readings_text(const FrameDocument& frame) {
+  const bool turned = std::ranges::any_of(frame.readings, [](const FrameDocument::Reading& reading) {
     return reading.orientation_error_deg.has_value();
   });
   std::vector<Cells> rows{{"row", "point", "off by, mm"}};
   if (turned) rows.front().push_back("turned by, deg");
-  for (const FrameDocument::Reading& reading : told.readings) {
+  for (const FrameDocument::Reading& reading : frame.readings) {
     rows.push_back({std::to_string(reading.row), reading.point, formatted("%.4f", reading.error_mm)});
     if (turned) rows.back().push_back(formatted("%.5f", reading.orientation_error_deg.value_or(0)));
   }
   return text_table(rows);
 }
 
-std::string scatter_text(const FrameDocument& told) {
-  if (!told.sigma0)
+std::string scatter_text(const FrameDocument& frame) {
+  if (!frame.sigma0)
     return "No reading is redundant, so the readings are not checked: measure each point more than once.\n";
   double sum = 0;
-  for (const FrameDocument::Reading& reading : told.readings) sum += reading.error_mm * reading.error_mm;
+  for (const FrameDocument::Reading& reading : frame.readings) sum += reading.error_mm * reading.error_mm;
   return formatted("Readings: %.4f mm (RMS) from where all together say, %.1f times their noise.\n",
-                   std::sqrt(sum / static_cast<double>(told.readings.size())), *told.sigma0);
+                   std::sqrt(sum / static_cast<double>(frame.readings.size())), *frame.sigma0);
 }
 
-std::string misfit_text(const FrameDocument& told) {
+std::string misfit_text(const FrameDocument& frame) {
   std::string text;
-  for (const FrameDocument::Point& point : told.points)
+  for (const FrameDocument::Point& point : frame.points)
     if (point.residual_mm) text += formatted(" %s %.4f", point.name.c_str(), *point.residual_mm);
   return text.empty() ? text : "Points from their stated coordinates, mm:" + text + "\n";
 }
@@ -65,15 +65,15 @@ std::string pose_text(const Eigen::Isometry3d& X, const Eigen::Vector3d& sigma_m
                     {{"", "X", "Y", "Z", "A", "B", "C"}, frame_cells(X), sigma_cells(sigma_mm, sigma_deg)});
 }
 
-std::string frame_text(const FrameDocument& told) {
+std::string frame_text(const FrameDocument& frame) {
   std::string text = formatted("%s %d: %zu readings of %zu points",
-                               std::string{name_of(record::kFrameKinds, told.kind)}.c_str(), told.number,
-                               told.readings.size(), told.points.size());
-  if (told.touched_by) text += formatted(", touched by tool %d", *told.touched_by);
-  text += "\n" + pose_text(told.X, told.sigma_mm, told.sigma_deg);
-  text += "\n" + readings_text(told) + "\n" + scatter_text(told) + misfit_text(told);
-  for (const std::string& note : told.notes) text += note + "\n";
-  return text + told.krl + "\n";
+                               std::string{name_of(record::kFrameKinds, frame.kind)}.c_str(), frame.number,
+                               frame.readings.size(), frame.points.size());
+  if (frame.touched_by) text += formatted(", touched by tool %d", *frame.touched_by);
+  text += "\n" + pose_text(frame.X, frame.sigma_mm, frame.sigma_deg);
+  text += "\n" + readings_text(frame) + "\n" + scatter_text(frame) + misfit_text(frame);
+  for (const std::string& note : frame.notes) text += note + "\n";
+  return text + frame.krl + "\n";
 }
 
 }  // namespace truepose::tools

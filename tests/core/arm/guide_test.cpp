@@ -162,7 +162,7 @@ TEST(Guide, IsCompensatedExactlyWithoutAllocating) {
     const auto reached = compensation.at_joints(q, p_F_mm);
     // As the stream does: what is beyond the geometry is looked at where the arm is expected.
     JointVector correction = JointVector::Zero(q.size());
-    const BeyondGeometry beyond = compensation.beyond_geometry(reached ? reached->q : q);
+    const NonGeometricError beyond = compensation.non_geometric_error(reached ? reached->q : q);
     const auto streamed = compensation.at_joints_within(100, q, p_F_mm, correction, &beyond);
     EXPECT_EQ(allocations(), before);
     if (!reached) continue;

@@ -117,8 +117,8 @@ TEST(JointCoupling, StatusAndTurnLeadToTheAxesThatTheControllerShows) {
   ASSERT_TRUE(inverse) << inverse.error();
   for (int trial = 0; trial < 200; ++trial) {
     const JointVector q = example::random_joints(arm, random);
-    const StatusTurn told = inverse->of_joints(q);
-    const auto back = inverse->solve(by_hand(arm, q), told.status, told.turn, std::nullopt);
+    const StatusTurn bits = inverse->of_joints(q);
+    const auto back = inverse->solve(by_hand(arm, q), bits.status, bits.turn, std::nullopt);
     ASSERT_TRUE(back) << back.error();
     EXPECT_LT((*back - q).norm(), 1e-6);
   }

@@ -75,7 +75,7 @@ TEST(StatusTurn, CountOnBothSidesWhereAnAxisStandsOnItsBoundary) {
     EXPECT_LT((*found - q).cwiseAbs().maxCoeff(), 1e-9) << turn;
     EXPECT_EQ(inverse.of_joints(*found, StatusTurn{0b010, turn}).turn, turn);
   }
-  // In the wrist singularity only the sum of A4 and A6 is told; A4 becomes 0.
+  // In the wrist singularity only the sum of A4 and A6 is determined; A4 becomes 0.
   const auto singular =
       inverse.solve(forward_kinematics(kArm, joints_deg({0, -90, 90, 20, 0, 10})), 0b110, 0b10, {});
   ASSERT_TRUE(singular);
@@ -109,7 +109,7 @@ TEST(StatusTurn, WhatCannotBeReachedIsSaid) {
   }
 }
 
-/// The wrist of a KR 210 whose axis 5 is 80 mm beside axes 4 and 6, as in arms without a spherical wrist.
+/// The wrist of a KR 210 whose axis 5 is 80 mm off axes 4 and 6, as in arms without a spherical wrist.
 RobotModel arm_with_an_offset_wrist() {
   RobotModel arm = kArm;
   arm.joints[4].a_mm += 80;

@@ -24,13 +24,13 @@ namespace {
 
 /// What the arm of the result carries, of points that say that they were measured under these in turn.
 std::optional<LinkMass> carried_after(const std::optional<LinkMass>& own,
-                                      const std::vector<std::optional<LinkMass>>& told) {
+                                      const std::vector<std::optional<LinkMass>>& stated) {
   Random random{5};
   RobotModel robot = example::kr210();
   robot.masses.resize(6, {100, {0, 0, 0}});
   robot.payload = own;
   MeasurementData data = example::measured(example::placed(robot, random), 20, 0.01, random);
-  for (std::size_t i = 0; i < data.points.size(); ++i) data.points[i].payload = told[i % told.size()];
+  for (std::size_t i = 0; i < data.points.size(); ++i) data.points[i].payload = stated[i % stated.size()];
   const auto result = calibrate(robot, data, {});
   EXPECT_TRUE(result);
   return result ? result->cell.robot.payload : std::nullopt;
@@ -210,10 +210,10 @@ struct OutOfRoundArm {
   explicit OutOfRoundArm(std::uint64_t seed)
       : random{seed}, truth{example::placed(example::with_paper_errors(example::kr210()), random)} {}
 
-  static JointVector told_at(const JointVector& q) { return q.array() - 3e-4 * q.array().sin(); }
+  static JointVector encoder_reading(const JointVector& q) { return q.array() - 3e-4 * q.array().sin(); }
   MeasurementData measured(int poses, double sigma_mm) {
     MeasurementData data = example::measured(truth, poses, sigma_mm, random);
-    for (Measurement& point : data.points) point.q = told_at(point.q);
+    for (Measurement& point : data.points) point.q = encoder_reading(point.q);
     return data;
   }
   /// RMS over poses that were not measured.
@@ -221,7 +221,7 @@ struct OutOfRoundArm {
     double squares = 0;
     const std::vector<JointVector> fresh = poses_within_limits(truth.robot, 300, random.next());
     for (const JointVector& q : fresh)
-      squares += (model.predict(told_at(q), 0) - truth.predict(q, 0)).squaredNorm();
+      squares += (model.predict(encoder_reading(q), 0) - truth.predict(q, 0)).squaredNorm();
     return std::sqrt(squares / static_cast<double>(fresh.size()));
   }
 

@@ -51,7 +51,7 @@ TEST(Gravity, OfAnArmWithPublicMassesAndAHeavyToolIsRemoved) {
   EXPECT_LT(known / count, 0.045);
 }
 
-/// Joins what was measured with another payload, each row told what it was.
+/// Adds points that were measured with another payload; each row states its payload.
 void add(SimulatedCampaign& to, SimulatedCampaign more, const LinkMass& payload) {
   for (Measurement& point : more.data.points) point.payload = payload;
   to.data.smr_names = more.data.smr_names;
@@ -68,7 +68,7 @@ double miss_with(const CalibratedCell& cell, const SimulatedCampaign& fresh, con
 TEST(Gravity, FollowsAPayloadThatWasNotMeasured) {
   // Measured empty and with 150 kg, used with 80 kg elsewhere on the flange, the masses unknown.
   const LinkMass none{0, {0, 0, 0}}, heavy{kKg, kCentre_mm}, other{80, {60, 0, 120}};
-  double told = 0, untold = 0;
+  double given = 0, not_given = 0;
   const int count = trials(100);
   for (int seed = 1; seed <= count; ++seed) {
     const auto n = static_cast<std::uint64_t>(seed);
@@ -79,13 +79,14 @@ TEST(Gravity, FollowsAPayloadThatWasNotMeasured) {
         example::campaign(example::true_arm(loaded(other, n)), 1, 60, {.seed = n + 900});
     const auto with = calibrate(example::kr210(), c.data, {.non_geometric = true});
     ASSERT_TRUE(with) << with.error().detail;
-    told += miss_with(with->cell, fresh, other);
+    given += miss_with(with->cell, fresh, other);
     for (Measurement& point : c.data.points) point.payload = std::nullopt;
-    untold += example::mean_miss(calibrate(example::kr210(), c.data, {.non_geometric = true}), fresh);
+    not_given += example::mean_miss(calibrate(example::kr210(), c.data, {.non_geometric = true}), fresh);
   }
-  std::cout << count << " arms: told " << told / count << ", untold " << untold / count << " mm\n";
-  EXPECT_LT(told / count, 0.060);
-  EXPECT_LT(told, 0.5 * untold);
+  std::cout << count << " arms: payload given " << given / count << ", not given " << not_given / count
+            << " mm\n";
+  EXPECT_LT(given / count, 0.060);
+  EXPECT_LT(given, 0.5 * not_given);
 }
 
 TEST(Rails, WhosePitchIsOffAreIdentified) {

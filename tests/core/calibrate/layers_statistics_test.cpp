@@ -37,7 +37,7 @@ Eigen::Vector3d anywhere(Random& random, double within) {
   return {x, y, random.uniform(-within, within)};
 }
 
-/// Gears of random phases; masses beside the links, on springs that give way by `gravity` at the most.
+/// Gears of random phases; masses off the links, on springs that give way by `gravity` at the most.
 NonGeometricErrors errors_of(const RobotModel& arm, const ErrorSizes& sizes, Random& random) {
   NonGeometricErrors errors;
   for (int i = 0; i < arm.joint_count(); ++i) {

@@ -171,7 +171,7 @@ TEST(HoldOutFoldOfEachStation, LetsEveryPoseValidateOnceAndSpreadsEachStationOve
   EXPECT_EQ(validated, std::vector<int>(measured.points.size(), 1));
 }
 
-TEST(UnplacedStation, IsToldByItsNameAndWhatItLacks) {
+TEST(UnplacedStation, IsReportedByItsNameAndWhatItLacks) {
   MeasurementData data = stations({{40, 0}, {3, 0}});
   EXPECT_FALSE(unplaced_station(data));
   data.points.back().set = PoseSet::Validate;

@@ -106,15 +106,15 @@ TEST(Stations, ThreePosesPlaceATrackerThatSeesAKnownReflector) {
   EXPECT_LT(found->identify.after.max, 1e-6);
 }
 
-TEST(Stations, AReflectorThatWasMountedAnewHasAnotherName) {
+TEST(Stations, AReflectorThatWasMountedAgainHasAnotherName) {
   Random random{54};
   CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random, 3);
   truth.further_bases = {elsewhere(random)};
   MeasurementData data = seen(truth, truth.base, 30, 0, random, "a", {"1", "2"});
-  CalibratedCell anew = truth;
-  anew.reflectors = {truth.reflectors[2], truth.reflectors[1]};
-  add_station(data, seen(anew, truth.base_at(1), 20, 0, random, "b", {"1 anew", "2"}));
-  EXPECT_EQ(data.smr_names, (std::vector<std::string>{"1", "2", "1 anew"}));
+  CalibratedCell moved = truth;
+  moved.reflectors = {truth.reflectors[2], truth.reflectors[1]};
+  add_station(data, seen(moved, truth.base_at(1), 20, 0, random, "b", {"1 moved", "2"}));
+  EXPECT_EQ(data.smr_names, (std::vector<std::string>{"1", "2", "1 moved"}));
   const auto found = calibrate(example::kr210(), data);
   ASSERT_TRUE(found) << found.error().detail;
   EXPECT_LT(found->identify.after.max, 1e-6);
@@ -168,7 +168,7 @@ TEST(Stations, OneWithoutPointsOrWithTooFewIsNamed) {
             "three that show reflectors that another station has seen");
 }
 
-TEST(Stations, AMistakeInOneSetIsToldOfIt) {
+TEST(Stations, AMistakeInOneSetIsReportedForIt) {
   Random random{58};
   const CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
   MeasurementData data = seen(truth, truth.base, 30, 0, random, "a.csv");

@@ -22,7 +22,7 @@ Eigen::Matrix3d random_rotation(Random& random) {
   return Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
 }
 
-/// The campaign as if its gross errors had never been measured.
+/// The campaign as if its outliers had never been measured.
 MeasurementData without_gross(const SimulatedCampaign& c) {
   MeasurementData clean = c.data;
   std::size_t i = 0;

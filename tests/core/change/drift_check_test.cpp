@@ -129,7 +129,7 @@ TEST_F(DriftOfAnExactModel, EveryJointsZeroIsNamedInTheJointsOwnSense) {
   }
 }
 
-TEST_F(DriftOfAnExactModel, AxisOnesZeroIsNotToldFromABaseThatTurnsAboutIt) {
+TEST_F(DriftOfAnExactModel, AxisOnesZeroIsIndistinguishableFromABaseThatTurnsAboutIt) {
   CalibratedCell cell = reference_.cell;
   cell.robot.joints[0].theta_rad += 0.02 * kRadPerDeg;
   const DriftCheck result = check(cell);
@@ -178,16 +178,16 @@ TEST_F(DriftOfAnExactModel, SeveralChangesAtOnceAreNamedAndNotTakenForTheArm) {
   points[3].p_WS_mm.x() += 1;
   const DriftCheck result = check(points);
   EXPECT_EQ(result.verdict, DriftVerdict::Failed);
-  for (const char* told :
+  for (const char* part :
        {"these together do", "the tracker or the base moved by 0.3", "the reading of point 4"})
-    EXPECT_NE(result.reason.find(told), std::string::npos) << result.reason;
+    EXPECT_NE(result.reason.find(part), std::string::npos) << result.reason;
   EXPECT_EQ(result.reason.find("the arm itself"), std::string::npos) << result.reason;
 }
 
-TEST_F(DriftOfAnExactModel, PointsOfOtherUnitsColumnsOrRowsAreToldAsThat) {
+TEST_F(DriftOfAnExactModel, PointsOfOtherUnitsColumnsOrRowsAreReportedAsThat) {
   struct Wrong {
     std::function<void(std::vector<Measurement>&)> make;
-    const char* told;
+    const char* part;
   };
   const auto each = [](auto change) {
     return [=](std::vector<Measurement>& points) { std::ranges::for_each(points, change); };
@@ -209,7 +209,7 @@ TEST_F(DriftOfAnExactModel, PointsOfOtherUnitsColumnsOrRowsAreToldAsThat) {
     wrong.make(points);
     const DriftCheck result = check(points);
     EXPECT_EQ(result.verdict, DriftVerdict::Failed);
-    EXPECT_NE(result.reason.find(wrong.told), std::string::npos) << result.reason;
+    EXPECT_NE(result.reason.find(wrong.part), std::string::npos) << result.reason;
   }
 }
 

@@ -75,7 +75,7 @@ auto names(const Change& change) {
   };
 }
 
-/// Whether a cause is named, or said not to be told from the one that is.
+/// Whether a cause is named, or listed as indistinguishable from the named one.
 auto names_or_lists(const Change& change) {
   return [=](const DriftCheck& check) {
     return names(change)(check) || std::ranges::count(check.alternatives, change, &DriftCause::what) > 0;
@@ -292,7 +292,7 @@ void move_zero(CalibratedArm& arm, std::size_t joint, double deg) {
   arm.truth.robot.joints[joint].theta_rad += deg * kRadPerDeg;
 }
 
-TEST(DriftUpdateOverManyArms, MendsAMovedBaseFromFivePoints) {
+TEST(DriftUpdateOverManyArms, CorrectsAMovedBaseFromFivePoints) {
   const UpdateTrial trial =
       updates("base", [](CalibratedArm& arm) { return base_moved(arm, 0.2, 0.01 * kRadPerDeg); });
   EXPECT_GE(trial.offered, least_rate(0.97) * trial.runs);
@@ -301,7 +301,7 @@ TEST(DriftUpdateOverManyArms, MendsAMovedBaseFromFivePoints) {
   expect_honest(trial);
 }
 
-TEST(DriftUpdateOverManyArms, MendsAMovedJointZeroAndAMovedReflectorFromFivePoints) {
+TEST(DriftUpdateOverManyArms, CorrectsAMovedJointZeroAndAMovedReflectorFromFivePoints) {
   const UpdateTrial zero = updates("zero", [](CalibratedArm& arm) {
     move_zero(arm, 2, 0.015);
     return arm.points();
@@ -317,7 +317,7 @@ TEST(DriftUpdateOverManyArms, MendsAMovedJointZeroAndAMovedReflectorFromFivePoin
   }
 }
 
-TEST(DriftUpdateOverManyArms, MendsBaseZeroAndReflectorAtOnceFromEightPoints) {
+TEST(DriftUpdateOverManyArms, CorrectsBaseZeroAndReflectorAtOnceFromEightPoints) {
   const UpdateTrial trial = updates("all three", [](CalibratedArm& arm) {
     move_zero(arm, arm.random.next() % 6, 0.015);
     arm.truth.p_FS_mm += 0.1 * any_direction(arm.random);
@@ -336,7 +336,7 @@ std::vector<Measurement> warmed_up(CalibratedArm& arm, double zero_deg, double g
   return arm.points(20);
 }
 
-TEST(DriftUpdateOverManyArms, MendsAnArmThatHasWarmedUpFromTwentyPoints) {
+TEST(DriftUpdateOverManyArms, CorrectsAnArmThatHasWarmedUpFromTwentyPoints) {
   const UpdateTrial trial = updates("warm", [](CalibratedArm& arm) { return warmed_up(arm, 0.006, 30e-6); });
   EXPECT_GE(trial.offered, least_rate(0.97) * trial.runs);
   EXPECT_LE(trial.after_mm, widened(0.02, 0.004));
@@ -350,7 +350,7 @@ TEST(DriftUpdateOverManyArms, IsALittleTooSureOfAnArmThatHasHardlyWarmedUp) {
   EXPECT_GE(trial.within, 0.8);
 }
 
-/// Rows of a real arm, some of them told once more as by encoders whose zeros have moved.
+/// Rows of a real arm, some of them repeated as read by encoders with moved zeros.
 TEST(DriftUpdateOfARealArm, FindsAllZerosThatMoved) {
   const auto arm = real_arm();
   if (!arm) GTEST_SKIP() << "no measurements of a real arm";
@@ -387,7 +387,7 @@ TEST(DriftUpdateOfARealArm, FindsAllZerosThatMoved) {
   EXPECT_GE(within, least_rate(0.88) * 6 * runs);
 }
 
-TEST(DriftUpdateOverManyArms, MendsAWarmerArmFromEightPoints) {
+TEST(DriftUpdateOverManyArms, CorrectsAWarmerArmFromEightPoints) {
   const UpdateTrial trial = updates("grown", [](CalibratedArm& arm) {
     arm.truth.robot = warmed(arm.truth.robot, {.zero = JointVector::Zero(6), .growth = 60e-6}, Seconds{7200});
     return arm.points(8);

@@ -109,7 +109,7 @@ TEST(MovementAlongASweep, IsNotWhatAJointErrsWithItsAngle) {
   }
 }
 
-TEST(MovementAlongASweep, IsToldWhereTheTrackerMoved) {
+TEST(MovementAlongASweep, IsReportedWhereTheTrackerMoved) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Random random{seed};
     MeasurementData data = swept_along_joint_1(0, random);
@@ -155,7 +155,7 @@ bool advises(const CalibrationVerdict& verdict, std::string_view words) {
                              [=](const Finding& finding) { return finding.what_to_do.contains(words); });
 }
 
-TEST(TrackerMovedTwice, IsToldWithBothMoments) {
+TEST(TrackerMovedTwice, IsReportedWithBothMoments) {
   const Eigen::Vector3d away(0.8, 0, 0.6), elsewhere(-0.6, 0.8, 0);
   const std::uint64_t seeds = all_trials() ? 4 : 1;
   for (const double moved_mm : {0.2, 1.0, 3.0}) {
@@ -258,7 +258,7 @@ TEST(ArmThatWarmsUpSlowly, IsNotPassedForAWarmOne) {
   EXPECT_GE(doubted, 5);
 }
 
-TEST(Reading, ThatIsToldTwiceIsDoubted) {
+TEST(Reading, ThatIsGivenTwiceIsDoubted) {
   Random random{3};
   MeasurementData data = sixty_poses(random);
   EXPECT_EQ(judged(data).verdict.color(), VerdictColor::Green);

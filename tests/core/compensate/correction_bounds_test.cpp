@@ -38,7 +38,7 @@ CorrectionBounds wide_step() {
   return wide;
 }
 
-/// Where one value is in force.
+/// Where one value is in effect.
 BoundedCorrection bound_correction(const JointVector& wanted, const JointVector& last,
                                    const JointVector& commanded, const CorrectionBounds& bounds) {
   return truepose::bound_correction(wanted, CorrectionRange::of(last), commanded, bounds);
@@ -275,28 +275,28 @@ TEST(CorrectionBounds, StayWithinAStepOfAllThatMayBeInForce) {
   Numbers numbers{kSeed};
   const CorrectionBounds b = bounds();
   for (int round = 0; round < 20'000; ++round) {
-    CorrectionRange in_force = CorrectionRange::of(axes({0.5, -1, 0, 2, 0.01, -0.3}));
+    CorrectionRange in_effect = CorrectionRange::of(axes({0.5, -1, 0, 2, 0.01, -0.3}));
     for (int sent = numbers.pick(3); sent >= 0; --sent) {
-      JointVector also = in_force.min;
+      JointVector also = in_effect.min;
       for (double& value : also) value += numbers.ordinary(0.012 * kDeg);
-      in_force.include(also);
+      in_effect.include(also);
     }
     const BoundedCorrection result =
-        truepose::bound_correction(numbers.nasty_axes(3 * kDeg), in_force, kPose, b);
-    if (!in_force.within_reach(b.max_step - b.resolution)) continue;
-    ASSERT_LE((result.correction - in_force.min).cwiseAbs().maxCoeff(), b.max_step + 1e-13)
+        truepose::bound_correction(numbers.nasty_axes(3 * kDeg), in_effect, kPose, b);
+    if (!in_effect.within_reach(b.max_step - b.resolution)) continue;
+    ASSERT_LE((result.correction - in_effect.min).cwiseAbs().maxCoeff(), b.max_step + 1e-13)
         << "round " << round;
-    ASSERT_LE((result.correction - in_force.max).cwiseAbs().maxCoeff(), b.max_step + 1e-13)
+    ASSERT_LE((result.correction - in_effect.max).cwiseAbs().maxCoeff(), b.max_step + 1e-13)
         << "round " << round;
   }
 }
 
 TEST(CorrectionBounds, KnowWhatIsOutOfReachOfOneStep) {
-  CorrectionRange in_force = CorrectionRange::of(kZero);
-  in_force.include(axes({0, 0.04, 0, 0, 0, 0}));
-  EXPECT_TRUE(in_force.within_reach(0.02 * kDeg + 1e-12));
-  in_force.include(axes({0, 0, -0.041, 0, 0, 0}));
-  EXPECT_FALSE(in_force.within_reach(0.02 * kDeg));
+  CorrectionRange in_effect = CorrectionRange::of(kZero);
+  in_effect.include(axes({0, 0.04, 0, 0, 0, 0}));
+  EXPECT_TRUE(in_effect.within_reach(0.02 * kDeg + 1e-12));
+  in_effect.include(axes({0, 0, -0.041, 0, 0, 0}));
+  EXPECT_FALSE(in_effect.within_reach(0.02 * kDeg));
 }
 
 TEST(CorrectionBounds, KeepALongWalkOfWishesWithinStepsAndTotal) {

@@ -66,7 +66,7 @@ double mm_between(const RobotModel& robot, const JointVector& q, const Eigen::Ve
   return (forward_kinematics(robot, q) * p_F_mm - p_B_mm).norm();
 }
 
-TEST(TargetCompensation, AnArmOfFewJointsIsToldToCorrectThePositionAlone) {
+TEST(TargetCompensation, AnArmOfFewJointsCorrectsThePositionAlone) {
   Random random(11);
   const RobotModel nominal = example::scara(), real = example::deviating(nominal, random, 0.3, 1e-3);
   const TargetCompensation compensation(nominal, real);
@@ -98,7 +98,7 @@ TEST(TargetCompensation, RegularTargetsAreReachedInPositionAndOrientation) {
   }
 }
 
-TEST(TargetCompensation, NearTheWristSingularityThePositionIsReachedAndWhatIsLeftOfTheOrientationIsTold) {
+TEST(TargetCompensation, NearTheWristSingularityThePositionIsReachedAndTheResidualOrientationIsReported) {
   Random random(11);
   for (const RobotModel& real : {kReal, bending(kReal), with_field(bending(kReal))}) {
     const TargetCompensation compensation(kNominal, real);
@@ -545,7 +545,7 @@ TEST(TargetCompensation, ThatStepsWereTooFewForIsFoundByTheNextOnes) {
   }
 }
 
-TEST(TargetCompensation, BeginsAnewWhereASearchLedNowhere) {
+TEST(TargetCompensation, RestartsWhereASearchLedNowhere) {
   RobotModel longer = kNominal;
   longer.joints[2].a_mm += 15;
   const TargetCompensation compensation(kNominal, longer);

@@ -31,7 +31,7 @@ TEST(MeasuredTime, IsReadFromSecondsSinceWhenever) {
     EXPECT_EQ(seconds(text), expected);
 }
 
-TEST(MeasuredTime, SaysInWhichFormItWasTold) {
+TEST(MeasuredTime, SaysInWhichFormItWasGiven) {
   EXPECT_EQ(measured_time("30")->form, TimeForm::Number);
   EXPECT_EQ(measured_time("2026-11-26 08:00:30")->form, TimeForm::Local);
   EXPECT_EQ(measured_time("2026-11-26 08:00:30+01:00")->form, TimeForm::Zoned);
@@ -69,7 +69,7 @@ TEST(MeasuredTime, TellsTheSameWarmthInEveryForm) {
     MeasurementData data{.smr_names = {"1"}};
     for (std::string& time : times)
       data.points.push_back({.q = JointVector::Zero(1), .p_WS_mm = {1, 2, 3}, .time = std::move(time)});
-    EXPECT_TRUE(tells_time(data.points));
+    EXPECT_TRUE(has_times(data.points));
     data = with_warmth_by({.constant = 600}, std::move(data));
     return std::vector{data.points[0].temperature_c, data.points[1].temperature_c,
                        data.points[2].temperature_c};

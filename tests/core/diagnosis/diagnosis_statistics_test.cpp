@@ -64,9 +64,9 @@ double validation_error(const RobotModel& robot, MeasurementData data, const Mea
   return result ? result->validate->geometric.mean : 1e9;
 }
 
-bool names(const Suspicion& suspicion, const std::vector<PlantedMistake>& planted) {
-  std::vector<std::string> sentences = suspicion.also_fits;
-  sentences.push_back(suspicion.sentence);
+bool names(const ProbableCause& cause, const std::vector<PlantedMistake>& planted) {
+  std::vector<std::string> sentences = cause.also_fits;
+  sentences.push_back(cause.sentence);
   return std::ranges::any_of(sentences, [&](const std::string& sentence) {
     return std::ranges::all_of(planted,
                                [&](const PlantedMistake& each) { return sentence.contains(each.words); });
@@ -74,11 +74,11 @@ bool names(const Suspicion& suspicion, const std::vector<PlantedMistake>& plante
 }
 
 struct Tally {
-  int planted = 0, named = 0, harmless = 0, mended = 0, refused = 0, wrong = 0;
+  int planted = 0, named = 0, harmless = 0, fixed = 0, refused = 0, wrong = 0;
 };
 
 /// What becomes of mistakes in the files of an example. Mistakes that leave the files as good as right ones
-/// need not be named; of two, one may be harmless, so that a single mended one is as good.
+/// need not be named; of two, one may be harmless: then a single fixed one is as good.
 void diagnose(const Example& example, std::vector<PlantedMistake> planted, Tally& tally) {
   // A row of a table is mistyped as the table has it, by another convention.
   std::ranges::stable_partition(planted, [](const PlantedMistake& each) {
@@ -93,37 +93,36 @@ void diagnose(const Example& example, std::vector<PlantedMistake> planted, Tally
   }
   SCOPED_TRACE(example.nominal.name + ", " + name + std::to_string(example.data.points.size()) + " poses");
   ++tally.planted;
-  const auto suspicion = suspect(files.robot, files.data);
-  if (suspicion && names(*suspicion, planted)) {
+  const auto cause = diagnose_files(files.robot, files.data);
+  if (cause && names(*cause, planted)) {
     ++tally.named;
     return;
   }
   const double right_mm = validation_error(example.nominal, example.data, example.fresh);
-  if (!suspicion) {
+  if (!cause) {
     const double error_mm = validation_error(files.robot, files.data, fresh.data);
     ++(error_mm < 2 * right_mm ? tally.harmless : tally.wrong);
     EXPECT_LT(error_mm, 2 * right_mm) << "nothing is suspected";
     return;
   }
-  if (suspicion->mistakes.empty()) {
+  if (cause->mistakes.empty()) {
     ++tally.refused;
-    std::printf("%s %s: %s\n", example.nominal.name.c_str(), name.c_str(), suspicion->sentence.c_str());
+    std::printf("%s %s: %s\n", example.nominal.name.c_str(), name.c_str(), cause->sentence.c_str());
     return;
   }
-  Claim mended{files.robot, fresh.data.points, {}};
-  for (const Mistake& mistake : suspicion->mistakes) mistake.mend(mended);
-  const MeasurementData data{files.data.smr_names, suspicion->mended_points};
-  const double error_mm =
-      validation_error(suspicion->mended_arm, data, {data.smr_names, std::move(mended.points)});
-  const bool as_good = error_mm < 2 * right_mm && suspicion->mistakes.size() < planted.size();
-  ++(as_good ? tally.mended : tally.wrong);
-  EXPECT_TRUE(as_good) << in_words(*suspicion) << " leaves " << error_mm << " mm in place of " << right_mm;
+  ModelAndPoints fixed{files.robot, fresh.data.points, {}};
+  for (const Mistake& mistake : cause->mistakes) mistake.apply_fix(fixed);
+  const MeasurementData data{files.data.smr_names, cause->fixed_points};
+  const double error_mm = validation_error(cause->fixed_arm, data, {data.smr_names, std::move(fixed.points)});
+  const bool as_good = error_mm < 2 * right_mm && cause->mistakes.size() < planted.size();
+  ++(as_good ? tally.fixed : tally.wrong);
+  EXPECT_TRUE(as_good) << in_words(*cause) << " leaves " << error_mm << " mm in place of " << right_mm;
 }
 
 void expect_named(const Tally& tally, double share) {
-  const int visible = tally.planted - tally.harmless - tally.mended;
+  const int visible = tally.planted - tally.harmless - tally.fixed;
   std::printf("%d planted: %d named, %d harmless, %d named as fewer, %d refused unexplained, %d wrong\n",
-              tally.planted, tally.named, tally.harmless, tally.mended, tally.refused, tally.wrong);
+              tally.planted, tally.named, tally.harmless, tally.fixed, tally.refused, tally.wrong);
   EXPECT_EQ(tally.wrong, 0);
   EXPECT_GE(tally.named, share * visible);
 }
@@ -180,7 +179,7 @@ bool goes_with_any_order(const PlantedMistake& planted) {
          kind != "shuffled";
 }
 
-TEST(DiagnosisStatistics, NamesAMistakeBesideRowsInAnotherOrder) {
+TEST(DiagnosisStatistics, NamesAMistakeTogetherWithRowsInAnotherOrder) {
   Random random{5};
   Tally tally;
   for (int trial = 0; trial < trials(10); ++trial) {
@@ -216,9 +215,9 @@ TEST(DiagnosisStatistics, AccusesNoRightFile) {
       const Noise noise{.sigma_mm = rough ? 0.2 : 0.02, .gross_errors = rough ? 0.05 : 0};
       const int poses = 10 + static_cast<int>(any_of(90, random));
       const Example example(robot, poses, noise, random);
-      const auto suspicion = suspect(robot, example.data);
-      EXPECT_FALSE(suspicion) << "trial " << trial << ", " << robot.name << ", " << poses
-                              << " poses: " << in_words(*suspicion);
+      const auto cause = diagnose_files(robot, example.data);
+      EXPECT_FALSE(cause) << "trial " << trial << ", " << robot.name << ", " << poses
+                          << " poses: " << in_words(*cause);
     }
   }
 }

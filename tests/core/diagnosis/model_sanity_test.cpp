@@ -19,8 +19,8 @@ namespace {
 
 constexpr int kShare = TRUEPOSE_SANITIZED ? 10 : 1;  // of the trials
 
-std::string sentence(const std::optional<Suspicion>& suspicion) {
-  return suspicion ? suspicion->sentence : "nothing is suspected";
+std::string sentence(const std::optional<ProbableCause>& cause) {
+  return cause ? cause->sentence : "no cause was found";
 }
 
 MeasurementData readings(const RobotModel& real, int poses, Random& random, int reflectors = 1) {
@@ -35,7 +35,7 @@ RobotModel with_sign_changed(RobotModel robot, std::size_t joint) {
 /// Expects `robot` to be refused with the joint named for every joint whose sign is changed.
 void expect_every_sign_found(const RobotModel& robot, const MeasurementData& data) {
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    const std::string found = sentence(suspect(with_sign_changed(robot, i), data));
+    const std::string found = sentence(diagnose_files(with_sign_changed(robot, i), data));
     const std::string joint = "joint " + std::to_string(i + 1);
     EXPECT_TRUE(found.starts_with(joint + " turns the other way") ||
                 found.starts_with(joint + " moves the other way"))
@@ -60,13 +60,13 @@ TEST(ModelSanity, NamesTheJointOfAWrongSignOnEveryArm) {
 TEST(ModelSanity, SaysWhichSignWouldBeRightAndWhatItGains) {
   Random random{2};
   const RobotModel real = example::deviating(example::kr210(), random, 0.3, 3e-4);
-  const auto suspicion = suspect(with_sign_changed(example::kr210(), 2), readings(real, 30, random));
-  ASSERT_TRUE(suspicion);
-  EXPECT_TRUE(suspicion->sentence.starts_with(
-      "joint 3 turns the other way: with sign 1 the coarse error falls from "))
-      << suspicion->sentence;
-  EXPECT_GT(suspicion->error_mm, 100);
-  EXPECT_LT(suspicion->mended_mm, 5);
+  const auto cause = diagnose_files(with_sign_changed(example::kr210(), 2), readings(real, 30, random));
+  ASSERT_TRUE(cause);
+  EXPECT_TRUE(
+      cause->sentence.starts_with("joint 3 turns the other way: with sign 1 the coarse error falls from "))
+      << cause->sentence;
+  EXPECT_GT(cause->error_mm, 100);
+  EXPECT_LT(cause->fixed_mm, 5);
 }
 
 TEST(ModelSanity, NamesFilesThatAreBothInMetres) {
@@ -79,14 +79,14 @@ TEST(ModelSanity, NamesFilesThatAreBothInMetres) {
       joint.a_mm /= 1000;
       joint.d_mm /= 1000;
     }
-    const auto suspicion = suspect(in_metres, data);
-    ASSERT_TRUE(suspicion);
-    EXPECT_TRUE(suspicion->sentence.starts_with(
+    const auto cause = diagnose_files(in_metres, data);
+    ASSERT_TRUE(cause);
+    EXPECT_TRUE(cause->sentence.starts_with(
         "the lengths of the robot file and the points are in m, not mm: as they stand the arm reaches no "
         "farther than "))
-        << suspicion->sentence;
-    EXPECT_NEAR(suspicion->mended_arm.joints[1].a_mm, nominal.joints[1].a_mm, 1e-9);
-    EXPECT_EQ(suspicion->mended_points[3].p_WS_mm, Eigen::Vector3d{1000 * data.points[3].p_WS_mm});
+        << cause->sentence;
+    EXPECT_NEAR(cause->fixed_arm.joints[1].a_mm, nominal.joints[1].a_mm, 1e-9);
+    EXPECT_EQ(cause->fixed_points[3].p_WS_mm, Eigen::Vector3d{1000 * data.points[3].p_WS_mm});
   }
 }
 
@@ -96,11 +96,11 @@ TEST(ModelSanity, NeverSuspectsAnArmThatMerelyDeviates) {
     const double times = trial % 2 ? 1 : 3;
     const int poses = std::array{8, 10, 20, 60}[static_cast<std::size_t>(trial / 2 % 4)];
     CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210(), times), random);
-    // Down to a reflector right on the last axis, where its sign can hardly be told.
+    // Down to a reflector right on the last axis, where its sign is hardly identifiable.
     if (trial % 3 == 0) truth.reflectors[0].p_FS_mm.head<2>() *= trial % 6 ? random.uniform() * 0.05 : 0.0;
-    const auto suspicion =
-        suspect(example::kr210(), example::measured(truth, poses, example::kSigma_mm, random));
-    EXPECT_FALSE(suspicion) << "trial " << trial << ": " << sentence(suspicion);
+    const auto cause =
+        diagnose_files(example::kr210(), example::measured(truth, poses, example::kSigma_mm, random));
+    EXPECT_FALSE(cause) << "trial " << trial << ": " << sentence(cause);
   }
 }
 
@@ -110,7 +110,7 @@ TEST(ModelSanity, IsNotMisledByGrossErrorsOrGears) {
     MeasurementData data = readings(example::with_paper_errors(example::kr210()), 60, random);
     for (std::size_t k = 0; k < data.points.size(); k += 20) data.points[k].p_WS_mm.x() += 50;
     data.points[7].p_WS_mm.z() += 1e6;
-    EXPECT_FALSE(suspect(example::kr210(), data)) << trial;
+    EXPECT_FALSE(diagnose_files(example::kr210(), data)) << trial;
   }
   for (int trial = 0; trial < 20 / kShare; ++trial) {
     CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
@@ -121,8 +121,8 @@ TEST(ModelSanity, IsNotMisledByGrossErrorsOrGears) {
       for (Eigen::Index i = 0; i < 6; ++i) q[i] += 2e-4 * std::sin(q[i]) + 1e-4 * std::cos(2 * q[i]);
       point.p_WS_mm = truth.predict(q, 0);
     }
-    const auto suspicion = suspect(example::kr210(), data);
-    EXPECT_FALSE(suspicion) << trial << ": " << sentence(suspicion);
+    const auto cause = diagnose_files(example::kr210(), data);
+    EXPECT_FALSE(cause) << trial << ": " << sentence(cause);
   }
 }
 
@@ -131,7 +131,7 @@ TEST(ModelSanity, FindsASignThatShowsOnlyInTheIdentifiedArm) {
   CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
   truth.reflectors[0].p_FS_mm = {1, 0.5, 100};
   const MeasurementData data = example::measured(truth, 40, example::kSigma_mm, random);
-  EXPECT_TRUE(sentence(suspect(with_sign_changed(example::kr210(), 5), data))
+  EXPECT_TRUE(sentence(diagnose_files(with_sign_changed(example::kr210(), 5), data))
                   .starts_with("joint 6 turns the other way: with sign -1 the identified arm's error falls"));
 }
 
@@ -140,16 +140,16 @@ TEST(ModelSanity, FindsSignsAndZerosOfAWristWhoseCentreTheReflectorIsNear) {
   CalibratedCell truth = example::placed(example::with_paper_errors(example::kr210()), random);
   truth.reflectors[0].p_FS_mm = {1.5, 1, -214};
   const MeasurementData data = example::measured(truth, 60, example::kSigma_mm, random);
-  EXPECT_FALSE(suspect(example::kr210(), data));
+  EXPECT_FALSE(diagnose_files(example::kr210(), data));
   for (const std::size_t joint : {3U, 4U, 5U}) {
     const std::string number = std::to_string(joint + 1);
-    const auto sign = suspect(with_sign_changed(example::kr210(), joint), data);
+    const auto sign = diagnose_files(with_sign_changed(example::kr210(), joint), data);
     EXPECT_THAT(sign ? in_words(*sign) : "", testing::HasSubstr("joint " + number + " turns the other way"));
   }
   for (const std::size_t joint : {3U, 4U}) {  // what joint 6 stands off by the reflector takes up
     RobotModel robot = example::kr210();
     robot.joints[joint].theta_rad += std::numbers::pi;
-    const auto zero = suspect(robot, data);
+    const auto zero = diagnose_files(robot, data);
     EXPECT_THAT(zero ? in_words(*zero) : "",
                 testing::HasSubstr("theta of joint " + std::to_string(joint + 1) + " is off by 180 deg"));
   }
@@ -162,7 +162,7 @@ TEST(ModelSanity, FindsTheUsualMistakesOfARobotFile) {
   const auto found = [&](auto change) {
     RobotModel wrong = good;
     change(wrong);
-    return sentence(suspect(wrong, data));
+    return sentence(diagnose_files(wrong, data));
   };
   constexpr double kRight = std::numbers::pi / 2;
   EXPECT_TRUE(found([](RobotModel& r) {
@@ -206,13 +206,13 @@ TEST(ModelSanity, NamesALengthThatTheNextLinkMakesUpForOnABadlyBuiltArm) {
   for (std::uint64_t seed = 0; seed < 20 / kShare; ++seed) {
     Random random{seed};
     const MeasurementData data = readings(example::deviating(good, random, 2, 9e-3), 60, random);
-    const auto suspicion = suspect(wrong, data);
-    EXPECT_TRUE(sentence(suspicion).starts_with("d of joint 2 is off by "))
-        << "seed " << seed << ": " << sentence(suspicion);
-    if (suspicion) {
-      EXPECT_THAT(in_words(*suspicion), testing::HasSubstr("if d of joint 3 is off by ")) << "seed " << seed;
+    const auto cause = diagnose_files(wrong, data);
+    EXPECT_TRUE(sentence(cause).starts_with("d of joint 2 is off by "))
+        << "seed " << seed << ": " << sentence(cause);
+    if (cause) {
+      EXPECT_THAT(in_words(*cause), testing::HasSubstr("if d of joint 3 is off by ")) << "seed " << seed;
     }
-    EXPECT_FALSE(suspect(good, data)) << "seed " << seed;
+    EXPECT_FALSE(diagnose_files(good, data)) << "seed " << seed;
   }
 }
 
@@ -223,7 +223,7 @@ TEST(ModelSanity, FindsTheUsualMistakesOfAMeasurementFile) {
   const auto found = [&](auto change) {
     MeasurementData wrong = good;
     for (Measurement& point : wrong.points) change(point);
-    return sentence(suspect(nominal, wrong));
+    return sentence(diagnose_files(nominal, wrong));
   };
   EXPECT_TRUE(found([](Measurement& m) { m.p_WS_mm /= 1000; }).starts_with("the points are in m, not mm"));
   EXPECT_TRUE(
@@ -240,10 +240,11 @@ TEST(ModelSanity, NamesBothOfWhatTheDataCannotTellApart) {
   Random random{11};
   RobotModel robot = example::kr210();
   robot.joints[0].sign = robot.joints[3].sign = robot.joints[5].sign = 1;
-  const auto suspicion = suspect(robot, readings(example::with_paper_errors(example::kr210()), 30, random));
-  ASSERT_TRUE(suspicion);
-  EXPECT_THAT(in_words(*suspicion), testing::HasSubstr("the points are left-handed"));
-  EXPECT_THAT(in_words(*suspicion), testing::HasSubstr("joints 1, 4 and 6 turn the other way"));
+  const auto cause =
+      diagnose_files(robot, readings(example::with_paper_errors(example::kr210()), 30, random));
+  ASSERT_TRUE(cause);
+  EXPECT_THAT(in_words(*cause), testing::HasSubstr("the points are left-handed"));
+  EXPECT_THAT(in_words(*cause), testing::HasSubstr("joints 1, 4 and 6 turn the other way"));
 }
 
 TEST(ModelSanity, SaysBeforeWhichRowAPointIsMissing) {
@@ -251,11 +252,11 @@ TEST(ModelSanity, SaysBeforeWhichRowAPointIsMissing) {
   MeasurementData data = readings(example::with_paper_errors(example::kr210()), 60, random);
   for (std::size_t k = 24; k + 1 < 60; ++k) data.points[k].p_WS_mm = data.points[k + 1].p_WS_mm;
   data.points.pop_back();
-  const auto suspicion = suspect(example::kr210(), data);
-  EXPECT_TRUE(sentence(suspicion).starts_with(
+  const auto cause = diagnose_files(example::kr210(), data);
+  EXPECT_TRUE(sentence(cause).starts_with(
       "a point is missing before row 25: with the points moved from there on the coarse error falls"))
-      << sentence(suspicion);
-  EXPECT_EQ(suspicion->mended_points.size(), 58);
+      << sentence(cause);
+  EXPECT_EQ(cause->fixed_points.size(), 58);
 }
 
 // The middle miss of all points does not show it.
@@ -266,7 +267,8 @@ TEST(ModelSanity, NamesAPointThatIsMissingInTheLastQuarter) {
     for (std::size_t i = 31; i + 1 < data.points.size(); ++i)
       data.points[i].p_WS_mm = data.points[i + 1].p_WS_mm;
     data.points.pop_back();
-    EXPECT_THAT(sentence(suspect(nominal, data)), testing::StartsWith("a point is missing before row 32: "))
+    EXPECT_THAT(sentence(diagnose_files(nominal, data)),
+                testing::StartsWith("a point is missing before row 32: "))
         << nominal.name;
   }
 }
@@ -276,7 +278,7 @@ TEST(ModelSanity, AccusesNobodyByALineAlongWhichTheFlangeWasHeld) {
   const RobotModel nominal = example::ur10();
   const CalibratedCell truth = example::placed(example::deviating(nominal, random, 0.5, 1e-3), random);
   const auto poses = example::along(nominal, example::Path::Line, 60, 0.01 * kRadPerDeg, random);
-  EXPECT_FALSE(suspect(nominal, example::measured(truth, poses, example::kSigma_mm, random)));
+  EXPECT_FALSE(diagnose_files(nominal, example::measured(truth, poses, example::kSigma_mm, random)));
 }
 
 TEST(ModelSanity, SaysWhereItFailsWhatNothingExplains) {
@@ -286,7 +288,7 @@ TEST(ModelSanity, SaysWhereItFailsWhatNothingExplains) {
     if (point.q[1] > -60 * kRadPerDeg)
       point.p_WS_mm += 300 * Eigen::Vector3d{random.normal(), random.normal(), random.normal()};
   }
-  EXPECT_THAT(sentence(suspect(example::kr210(), data)), testing::HasSubstr("most at joint 2 from "));
+  EXPECT_THAT(sentence(diagnose_files(example::kr210(), data)), testing::HasSubstr("most at joint 2 from "));
 }
 
 TEST(ModelSanity, FindsPosesWhoseReflectorsAreMixedUp) {
@@ -294,7 +296,7 @@ TEST(ModelSanity, FindsPosesWhoseReflectorsAreMixedUp) {
   MeasurementData data = readings(example::with_paper_errors(example::kr210()), 40, random, 3);
   for (std::size_t pose = 5; pose < 20; ++pose)
     std::swap(data.points[3 * pose].smr, data.points[3 * pose + 2].smr);
-  const std::string found = sentence(suspect(example::kr210(), data));
+  const std::string found = sentence(diagnose_files(example::kr210(), data));
   EXPECT_TRUE(
       found.starts_with("the reflectors are mixed up in 15 of 40 poses (first in row 16): with their names "
                         "exchanged the coarse error falls"))
@@ -305,14 +307,14 @@ TEST(ModelSanity, RefusesTheDataOfAnotherArmWithoutGuessing) {
   Random random{9};
   RobotModel other = example::kr210();
   for (Joint& joint : other.joints) joint.a_mm += 300 * random.normal();
-  const auto suspicion = suspect(example::kr210(), readings(other, 30, random));
-  ASSERT_TRUE(suspicion);
-  EXPECT_TRUE(suspicion->sentence.starts_with("the nominal arm misses the points by")) << suspicion->sentence;
+  const auto cause = diagnose_files(example::kr210(), readings(other, 30, random));
+  ASSERT_TRUE(cause);
+  EXPECT_TRUE(cause->sentence.starts_with("the nominal arm misses the points by")) << cause->sentence;
 }
 
 TEST(ModelSanity, DoesNotJudgeByFewerThanEightPoses) {
   Random random{10};
-  EXPECT_FALSE(suspect(with_sign_changed(example::kr210(), 1), readings(example::kr210(), 7, random)));
+  EXPECT_FALSE(diagnose_files(with_sign_changed(example::kr210(), 1), readings(example::kr210(), 7, random)));
 }
 
 TEST(ModelSanity, NamesTheJointOfAWrongSignOnARealArm) {
@@ -322,14 +324,14 @@ TEST(ModelSanity, NamesTheJointOfAWrongSignOnARealArm) {
   for (const int poses : {10, 60, 600}) {
     if (poses > 600 / kShare) continue;
     MeasurementData some{all.smr_names, {all.points.begin(), all.points.begin() + 3 * poses}};
-    EXPECT_FALSE(suspect(robot, some));
+    EXPECT_FALSE(diagnose_files(robot, some));
     expect_every_sign_found(robot, some);
   }
   // One reflector alone is 0.4 mm off axis 6: its sign shows only in the identified arm.
   MeasurementData first{{all.smr_names[0]}, {}};
   std::ranges::copy_if(all.points, std::back_inserter(first.points),
                        [](const Measurement& m) { return m.smr == 0; });
-  EXPECT_FALSE(suspect(robot, first));
+  EXPECT_FALSE(diagnose_files(robot, first));
   expect_every_sign_found(robot, first);
 }
 

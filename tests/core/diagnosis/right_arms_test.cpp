@@ -50,8 +50,8 @@ TEST(RightArms, AreNeverAccusedHoweverBadlyBuiltAndMeasured) {
       EXPECT_EQ(coarse.error().fault, CalibrationFault::NotSeparable);
       continue;
     }
-    const auto suspicion = suspect(nominal, data);
-    EXPECT_FALSE(suspicion) << nominal.name << ", seed " << seed << ": " << suspicion->sentence;
+    const auto cause = diagnose_files(nominal, data);
+    EXPECT_FALSE(cause) << nominal.name << ", seed " << seed << ": " << cause->sentence;
   }
 }
 

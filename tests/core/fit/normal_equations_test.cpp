@@ -50,7 +50,7 @@ struct Problem {
       Eigen::Matrix3d W = random.uniform(0.2, 1) * Eigen::Matrix3d::Identity();
       if (weighed == Weighed::ByMatrix)
         W += Eigen::Matrix3d::NullaryExpr([&](auto, auto) { return random.uniform(-0.1, 0.1); });
-      if (random.next() % 10 == 0) W.setZero();  // a gross error
+      if (random.next() % 10 == 0) W.setZero();  // an outlier
       out.W.push_back(W);
     }
     return out;

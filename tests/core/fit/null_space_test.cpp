@@ -15,19 +15,19 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::UnorderedElementsAre;
 
-struct Told {
+struct NullSpaceResult {
   NullSpace null_space;
   std::vector<std::string> unknown, weak;
 };
 
 /// What the poses of `data` tell of `cell`; every statement is checked against the Jacobian.
-Told told(const CalibratedCell& cell, const MeasurementData& data) {
+NullSpaceResult null_space_result(const CalibratedCell& cell, const MeasurementData& data) {
   Eigen::VectorXd f;
   Eigen::MatrixXd J;
   residuals_with_jacobian(cell, data.points, f, J);
   const ParameterLayout layout = ParameterLayout::of(cell);
-  Told out{.null_space = null_space(J / example::kSigma_mm, parameter_names(cell),
-                                    conventional_preference(layout), usual_deviation(layout))};
+  NullSpaceResult out{.null_space = null_space(J / example::kSigma_mm, parameter_names(cell),
+                                               conventional_preference(layout), usual_deviation(layout))};
   EXPECT_EQ(out.null_space.basis.cols(), layout.size() - out.null_space.rank);
   EXPECT_LT((J * out.null_space.basis).norm(), 1e-9 * J.norm());
   for (const Combination& c : out.null_space.unknown) out.unknown.push_back(c.sentence);
@@ -43,13 +43,13 @@ CalibratedCell aligned(const RobotModel& robot, int reflectors = 1) {
   return cell;
 }
 
-Told told_by_random_poses(const CalibratedCell& cell, int poses = 60) {
+NullSpaceResult null_space_of_random_poses(const CalibratedCell& cell, int poses = 60) {
   Random random{2};
-  return told(cell, example::measured(cell, poses, 0, random));
+  return null_space_result(cell, example::measured(cell, poses, 0, random));
 }
 
 TEST(NullSpace, NamesTheTwelveRedundanciesOfASixAxisArm) {
-  const Told t = told_by_random_poses(aligned(example::kr210()));
+  const NullSpaceResult t = null_space_of_random_poses(aligned(example::kr210()));
   EXPECT_EQ(t.null_space.rank, 27);
   EXPECT_GT(t.null_space.gap, 1e10);
   EXPECT_THAT(t.unknown,
@@ -69,7 +69,7 @@ TEST(NullSpace, NamesTheTwelveRedundanciesOfASixAxisArm) {
 
 TEST(NullSpace, SpeaksOfAllAxesOfTheTrackerWhereTheBaseStandsAskew) {
   Random random{3};
-  const Told t = told_by_random_poses(example::placed(example::kr210(), random));
+  const NullSpaceResult t = null_space_of_random_poses(example::placed(example::kr210(), random));
   EXPECT_THAT(t.unknown, Contains("link1.a and link1.d cannot be separated from base.x, base.y and base.z"));
   EXPECT_THAT(
       t.unknown,
@@ -78,14 +78,14 @@ TEST(NullSpace, SpeaksOfAllAxesOfTheTrackerWhereTheBaseStandsAskew) {
 }
 
 TEST(NullSpace, GivesTheToolItsOrientationWithThreeReflectors) {
-  const Told t = told_by_random_poses(aligned(example::kr210(), 3));
+  const NullSpaceResult t = null_space_of_random_poses(aligned(example::kr210(), 3));
   EXPECT_EQ(t.null_space.rank, 27 + 6);
   EXPECT_THAT(t.unknown, Contains("link6.d cannot be separated from smr.1.z, smr.2.z and smr.3.z"));
 }
 
 TEST(NullSpace, CountsFourParametersForAnAxisThatTurnsAndTwoForOneThatSlides) {
-  EXPECT_EQ(told_by_random_poses(aligned(example::seven_axis())).null_space.rank, 4 * 7 + 3);
-  const Told rail = told_by_random_poses(aligned(example::kr210_on_a_rail()));
+  EXPECT_EQ(null_space_of_random_poses(aligned(example::seven_axis())).null_space.rank, 4 * 7 + 3);
+  const NullSpaceResult rail = null_space_of_random_poses(aligned(example::kr210_on_a_rail()));
   EXPECT_EQ(rail.null_space.rank, 2 + 4 * 6 + 3);
   EXPECT_THAT(rail.unknown, Contains("base.x, link1.a and link2.a move together: only their sum is known"));
   EXPECT_THAT(rail.unknown, Contains("link3.d and link4.d move together: only their sum is known"));
@@ -106,11 +106,11 @@ TEST(NullSpace, NamesBaseAndReflectorWhereTheFlangeNeverTurns) {
   Random random{5};
   const CalibratedCell askew = example::placed(example::kr210(), random);
   EXPECT_THAT(
-      told(askew, of_one_orientation(askew)).unknown,
+      null_space_result(askew, of_one_orientation(askew)).unknown,
       Contains(testing::AllOf(testing::StartsWith("smr.1.*, "),
                               testing::EndsWith("cannot be separated from base.x, base.y and base.z"))));
   const CalibratedCell straight = aligned(example::kr210());
-  EXPECT_THAT(told(straight, of_one_orientation(straight)).unknown,
+  EXPECT_THAT(null_space_result(straight, of_one_orientation(straight)).unknown,
               Contains(testing::StartsWith("base.y, smr.1.y, ")));
 }
 
@@ -134,7 +134,7 @@ TEST(NullSpace, LeavesACircleOfOneMovedAxisItsSevenParameters) {
   Random random{6};
   MeasurementData data = example::measured(cell, 40, 0, random);
   for (Measurement& point : data.points) point.q.tail<5>() = data.points[0].q.tail<5>();
-  const Told t = told(cell, data);
+  const NullSpaceResult t = null_space_result(cell, data);
   EXPECT_EQ(t.null_space.rank, 7);  // its centre, its plane, its radius and where it begins
   EXPECT_LT(t.unknown.size(), 12U) << "many parameters, few sentences";
 }
@@ -163,7 +163,8 @@ TEST(NullSpace, TellsSumDifferenceAndAnyOtherCombinationApart) {
 
 TEST(NullSpace, KeepsExactRelationsOfAnArmThatDeviatesFewAndShort) {
   Random random{7};
-  const Told t = told_by_random_poses(example::placed(example::with_paper_errors(example::kr210()), random));
+  const NullSpaceResult t =
+      null_space_of_random_poses(example::placed(example::with_paper_errors(example::kr210()), random));
   EXPECT_EQ(t.null_space.rank, 27);
   for (const std::string& sentence : t.unknown) EXPECT_LT(std::ranges::count(sentence, ','), 5) << sentence;
 }
@@ -174,7 +175,7 @@ TEST(NullSpace, CallsWeakWhatTheDataKnowLessWellThanTheDataSheet) {
   MeasurementData data = example::measured(cell, 40, 0, random);
   // Axis 4 hardly moves: its place is seen, but at a sigma far beyond what arms deviate.
   for (Measurement& point : data.points) point.q[3] = 0.3 + 0.001 * point.q[3];
-  const Told t = told(cell, data);
+  const NullSpaceResult t = null_space_result(cell, data);
   EXPECT_EQ(t.null_space.rank, 27);
   ASSERT_FALSE(t.weak.empty());
   EXPECT_THAT(t.weak, Contains(testing::HasSubstr("weakly known")));

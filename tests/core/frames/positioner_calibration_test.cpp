@@ -54,7 +54,7 @@ TEST_P(PositionerCalibration, ReadingsThatSlippedAreNamedAndLeftOut) {
   EXPECT_GE(named, 0.95 * seeds) << "of seeds 0.." << seeds - 1;
 }
 
-TEST_P(PositionerCalibration, OfAnglesInRadIsToldSo) {
+TEST_P(PositionerCalibration, OfAnglesInRadIsReported) {
   PositionerCell cell(drawn(), 5);
   MeasurementData data = cell.table_data(4, 24);
   for (Measurement& point : data.points) point.q *= kRadPerDeg;
@@ -64,7 +64,7 @@ TEST_P(PositionerCalibration, OfAnglesInRadIsToldSo) {
               testing::StartsWith("the joint angles of the measurements are in rad"));
 }
 
-TEST(TiltAndTurn, WithItsAxesSwappedOrTurningTheOtherWayIsToldSo) {
+TEST(TiltAndTurn, WithItsAxesSwappedOrTurningTheOtherWayIsReported) {
   PositionerCell cell(tilt_and_turn(), 6);
   const MeasurementData data = cell.table_data(4, 24);
   MeasurementData swapped = data;
@@ -159,7 +159,7 @@ TEST(Turntable, TurnedInStepsIsNotCalledMovedForItsGears) {
   }
 }
 
-TEST(Turntable, TurnedInStepsBesideATrackerThatMovedIsRefused) {
+TEST(Turntable, TurnedInStepsWithATrackerThatMovedIsRefused) {
   const int seeds = trials(200);
   for (const double way_mm : {0.1, 0.2, 1.0, 5.0}) {
     const Eigen::Vector3d way = way_mm * Eigen::Vector3d(0.6, 0, 0.8);

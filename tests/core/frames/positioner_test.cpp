@@ -33,7 +33,7 @@ struct Coverage {
 
 INSTANTIATE_TEST_SUITE_P(Axes, Positioner, testing::Values(1, 2));
 
-TEST_P(Positioner, StandsWhereItIsFoundWithTheSigmaThatIsTold) {
+TEST_P(Positioner, StandsWhereItIsFoundWithTheStatedSigma) {
   const int seeds = trials(400);
   Coverage root, links;
   double worst_mm = 0;
@@ -41,18 +41,18 @@ TEST_P(Positioner, StandsWhereItIsFoundWithTheSigmaThatIsTold) {
     PositionerCell cell(drawn(), static_cast<std::uint64_t>(seed));
     const auto found = calibrated(cell.nominal(), cell.table_data(4, 24));
     ASSERT_TRUE(found) << "seed " << seed;
-    const PositionerRoot told = positioner_root(cell.calibrated_arm(), found->table, cell.nominal(),
-                                                Eigen::Isometry3d(cell.X_given()));
-    const Eigen::Isometry3d wanted(cell.told_root());
-    // In the root's own axes: of a turntable nothing is told along and about the third.
+    const PositionerRoot found_frame = positioner_root(cell.calibrated_arm(), found->table, cell.nominal(),
+                                                       Eigen::Isometry3d(cell.X_given()));
+    const Eigen::Isometry3d wanted(cell.controller_root());
+    // In the root's own axes: for a turntable nothing is identifiable along and about the third.
     const Eigen::Matrix3d R = wanted.linear().transpose();
     Eigen::Matrix<double, 6, 6> turned = Eigen::Matrix<double, 6, 6>::Zero();
     turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = R;
     Eigen::Vector<double, 6> error;
-    error << told.X_BR.translation() - wanted.translation(),
-        turn_between(wanted.linear(), told.X_BR.linear());
+    error << found_frame.X_BR.translation() - wanted.translation(),
+        turn_between(wanted.linear(), found_frame.X_BR.linear());
     error = turned * error;
-    const Eigen::Matrix<double, 6, 6> C = turned * told.covariance * turned.transpose();
+    const Eigen::Matrix<double, 6, 6> C = turned * found_frame.covariance * turned.transpose();
     for (Eigen::Index i = 0; i < 6; ++i) {
       if (GetParam() == 1 && i % 3 == 2) {
         EXPECT_LT(std::abs(error[i]), i < 3 ? 2e-3 : 2e-6) << "seed " << seed << " " << i;
@@ -107,9 +107,9 @@ TEST_P(Positioner, CarriesTheWorkpieceToWhereTheArmsTcpIsSent) {
       const Eigen::Vector3d given =
           plain::moved(cell.X_given() * plain::flange(cell.nominal(), e) * cell.X_FU(), p_U);
       const Eigen::Vector3d p_FU = workpiece->X * p_U;
-      const Eigen::Vector3d told = table_in_base(arm.cell, found->table.cell, e) * p_FU;
+      const Eigen::Vector3d found_frame = table_in_base(arm.cell, found->table.cell, e) * p_FU;
       const auto q_given = compensation.at_position(given, near, p_F_mm);
-      const auto q = compensation.at_position(told, near, p_F_mm);
+      const auto q = compensation.at_position(found_frame, near, p_F_mm);
       if (!q || !q_given) continue;
       of_given.push_back((cell.tcp(q_given->q) - truly).norm());
       of_found.push_back((cell.tcp(q->q) - truly).norm());
@@ -234,13 +234,15 @@ TEST(WorkpieceFrame, IsWhereTheNominalTableAndItsRootPutWhatWasMeasured) {
     const Eigen::Isometry3d X_given(cell.X_given());
     const auto on_table = tool_frame(cell.workpiece(4), by);
     ASSERT_TRUE(on_table);
-    const MeasuredFrame told = workpiece_frame(*on_table, arm, by, cell.nominal(), X_given);
-    const Matrix wanted = (cell.told_root() * plain::flange(cell.nominal(), JointVector::Zero(1))).inverse() *
-                          cell.X_root() * plain::flange(cell.truth(), JointVector::Zero(1)) * cell.X_FU();
-    const Eigen::Vector3d error = told.X.translation() - wanted.topRightCorner<3, 1>();
+    const MeasuredFrame found_frame = workpiece_frame(*on_table, arm, by, cell.nominal(), X_given);
+    const Matrix wanted =
+        (cell.controller_root() * plain::flange(cell.nominal(), JointVector::Zero(1))).inverse() *
+        cell.X_root() * plain::flange(cell.truth(), JointVector::Zero(1)) * cell.X_FU();
+    const Eigen::Vector3d error = found_frame.X.translation() - wanted.topRightCorner<3, 1>();
     for (Eigen::Index i = 0; i < 3; ++i)
-      EXPECT_LT(std::abs(error[i]), 4.5 * std::sqrt(told.covariance(i, i))) << "seed " << seed << " " << i;
-    EXPECT_LT(told.sigma_mm(), 0.05) << "seed " << seed;
+      EXPECT_LT(std::abs(error[i]), 4.5 * std::sqrt(found_frame.covariance(i, i)))
+          << "seed " << seed << " " << i;
+    EXPECT_LT(found_frame.sigma_mm(), 0.05) << "seed " << seed;
   }
 }
 

@@ -86,8 +86,8 @@ class CalibratedArm {
   const MeasuringCell& by() const { return by_; }
   const Eigen::Matrix4d& X_FT() const { return X_FT_; }
 
-  /// Errors of the true TCP (mm) and of the tool's true axes (deg) at targets for a frame on the flange, told
-  /// as KUKA's numbers, after compensation.
+  /// Errors of the true TCP (mm) and of the tool's true axes (deg) at targets for a frame on the flange,
+  /// rounded to KUKA's digits, after compensation.
   struct Errors {
     std::vector<double> mm, deg;
   };
@@ -347,9 +347,9 @@ FrameReadings seen_from_one_side(CalibratedArm& arm) {
 }
 
 // A TCP without it would be as far off.
-TEST(ToolFrame, ATrackerThatMovedSinceTheModelWasMadeIsTold) {
+TEST(ToolFrame, ATrackerThatMovedSinceTheModelWasMadeIsReported) {
   const int seeds = trials(1000);
-  int told = 0, false_alarms = 0;
+  int reported = 0, false_alarms = 0;
   double square = 0, unseen_mm = 0;
   for (int seed = 0; seed < seeds; ++seed) {
     CalibratedArm arm(static_cast<std::uint64_t>(seed));
@@ -366,16 +366,16 @@ TEST(ToolFrame, ATrackerThatMovedSinceTheModelWasMadeIsTold) {
     for (FrameReading& reading : data.readings) *reading.p_WS_mm += 0.5 * beam;
     const auto moved = tool_frame(data, arm.by());
     ASSERT_TRUE(moved && moved->shift) << "seed " << seed;
-    told += moved->shift->is_real() && !moved->is_sound();
+    reported += moved->shift->is_real() && !moved->is_sound();
     const Eigen::Vector3d moved_by = -0.5 * (arm.by().cell.base.isometry().linear().transpose() * beam);
     const Eigen::Vector3d error = moved->shift->p_B_mm - sound->shift->p_B_mm - moved_by;
     EXPECT_LT(error.norm(), 0.05) << "seed " << seed;
   }
   std::printf(
-      "seeds 0..%d: 0.5 mm told in %d, unseen up to %.2f mm; nothing moved: told in %d, square over variance %.3f\n",
-      seeds - 1, told, unseen_mm, false_alarms, square / seeds);
+      "seeds 0..%d: 0.5 mm reported in %d, unseen up to %.2f mm; nothing moved: reported in %d, square over variance %.3f\n",
+      seeds - 1, reported, unseen_mm, false_alarms, square / seeds);
   EXPECT_EQ(false_alarms, 0);
-  EXPECT_GE(told, 0.99 * seeds);
+  EXPECT_GE(reported, 0.99 * seeds);
   EXPECT_NEAR(square / seeds, 1, widened(0.12, 0.2));
 }
 
@@ -404,7 +404,7 @@ FrameReadings touched_points(CalibratedArm& arm, const Eigen::Matrix4d& X_BU, st
 /// How far the origins of measured frames are off.
 struct OriginErrors {
   double worst_mm = 0;
-  double mean_square = 0;  ///< over the variance that is told
+  double mean_square = 0;  ///< over the stated variance
 };
 
 /// @param poses  by which the arm was calibrated
@@ -436,7 +436,7 @@ void find_frames(int poses, PriorUse prior, OriginErrors& errors) {
               seeds - 1, errors.worst_mm, errors.mean_square);
 }
 
-TEST(WorkFrame, IsWhereTheArmPutsItsTcpWithTheSigmaThatIsTold) {
+TEST(WorkFrame, IsWhereTheArmPutsItsTcpWithTheStatedSigma) {
   OriginErrors errors;
   find_frames(30, PriorUse::Auto, errors);
   EXPECT_LT(errors.worst_mm, 0.3);

@@ -50,12 +50,12 @@ TEST(MeasurementPlan, HoldsDistinctPosesThatAreClearAndSeen) {
 }
 
 TEST(MeasurementPlan, TellsHowFarItIsAndIsTheSamePlan) {
-  std::vector<std::string> told;
+  std::vector<std::string> steps;
   double last = 0;
   PlanOptions watched = options();
   watched.progress = [&](double share, std::string_view doing) {
-    if (told.empty() || told.back() != doing) {
-      told.emplace_back(doing);
+    if (steps.empty() || steps.back() != doing) {
+      steps.emplace_back(doing);
       last = 0;
     }
     EXPECT_GE(share, last) << doing;
@@ -64,8 +64,8 @@ TEST(MeasurementPlan, TellsHowFarItIsAndIsTheSamePlan) {
   };
   const auto planned = plan(watched), silent = plan(options());
   ASSERT_TRUE(planned && silent);
-  EXPECT_THAT(
-      told, ElementsAre("choice of the poses", "motions between the poses", "search for the shortest order"));
+  EXPECT_THAT(steps, ElementsAre("choice of the poses", "motions between the poses",
+                                 "search for the shortest order"));
   EXPECT_GT(last, 0.9);
   EXPECT_EQ(planned->poses, silent->poses);
 }

@@ -52,14 +52,14 @@ TEST(TestCubePlacement, KeepsToWhatIsAskedFor) {
   const Scene scene = test::planning_scene();
   const auto any = place_test_cube(scene, {});
   ASSERT_TRUE(any) << any.error();
-  const TestCubeWish wish{.centre_mm = any->cube.X_BC.translation() + Eigen::Vector3d{5, 5, 5},
-                          .edge_mm = 200,
-                          .orientation = any->R_BF,
-                          .plane = DiagonalPlane::C3C4C5C6};
-  const auto poses = place_test_cube(scene, wish);
+  const TestCubeRequest request{.centre_mm = any->cube.X_BC.translation() + Eigen::Vector3d{5, 5, 5},
+                                .edge_mm = 200,
+                                .orientation = any->R_BF,
+                                .plane = DiagonalPlane::C3C4C5C6};
+  const auto poses = place_test_cube(scene, request);
   ASSERT_TRUE(poses) << poses.error();
   expect_measurable(*poses, scene);
-  EXPECT_EQ(poses->p_B_mm[0], *wish.centre_mm);
+  EXPECT_EQ(poses->p_B_mm[0], *request.centre_mm);
   EXPECT_EQ(poses->R_BF, any->R_BF);
   EXPECT_EQ(poses->p_B_mm, test_positions(poses->cube, DiagonalPlane::C3C4C5C6));
 }

@@ -46,7 +46,7 @@ TEST_F(ArmIdentity, ASignShowsOnceItsJointHasMoved) {
   EXPECT_THAT(mistakes(), ElementsAre("joint 4 turns the other way"));
 }
 
-TEST_F(ArmIdentity, AZeroIsToldByHowMuchItIsOff) {
+TEST_F(ArmIdentity, AZeroIsReportedWithItsOffset) {
   ours.joints[1].theta_rad -= 12.5 * kRadPerDeg;
   stands_at({10, -80, 70, 20, 40, 30});
   EXPECT_THAT(mistakes(), ElementsAre("joint 2 has its zero 12.50 deg off"));
@@ -60,7 +60,7 @@ TEST_F(ArmIdentity, JointsWhoseAxesAreInLineAreBothNamedUntilTheyAreNot) {
   EXPECT_THAT(mistakes(), ElementsAre("joint 4 has its zero 90.00 deg off"));
 }
 
-TEST_F(ArmIdentity, AJointThatSlidesIsToldInMillimetres) {
+TEST_F(ArmIdentity, AJointThatSlidesIsReportedInMillimetres) {
   controllers.joints[0].type = ours.joints[0].type = JointType::Prismatic;
   ours.joints[0].d_mm -= 4;
   stands_at({0, -80, 70, 20, 40, 30});

@@ -25,7 +25,7 @@ std::vector<Measurement> at(std::initializer_list<std::pair<double, double>> mm_
 TEST(JointLimits, ThatWereKeptToAreNoFinding) {
   EXPECT_FALSE(measured_beyond_limits(rail_and_axis(), at({{0, -20}, {3000, 20}})));
   EXPECT_FALSE(measured_beyond_limits(rail_and_axis(), at({{-0.05, 20.05}})))
-      << "what an encoder reads beside a stop";
+      << "what an encoder reads at a hard stop";
 }
 
 TEST(JointLimits, AreNamedWithTheJointAndHowFarItWas) {

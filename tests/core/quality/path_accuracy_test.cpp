@@ -51,7 +51,7 @@ TEST(PathAccuracy, OfPointsIsTheDistanceFromTheWantedPositionWhereAllOfTheCorrec
 }
 
 TEST(PathAccuracy, TakesNoTimeOfTheDrivesForAnError) {
-  // Along x at 1 m/s, 60 mm behind and 0.3 mm beside the path; without the correction 2 mm beside it.
+  // Along x at 1 m/s, 60 mm behind and 0.3 mm off the path; without the correction 2 mm off it.
   std::vector<PathSample> samples;
   for (int k = 0; k < 100; ++k) {
     const double x = 20.0 * k;

@@ -119,7 +119,7 @@ TEST(TrueArm, StandsWhereItsOwnKinematicsPutItWhenItRepeatsPerfectly) {
   EXPECT_LT((arm.p_WS_mm(q) - expected).norm(), 1e-12);
 }
 
-TEST(TrueArm, RepeatsAnewAtEachStopAndKeepsStillBetween) {
+TEST(TrueArm, DrawsItsRepeatabilityAtEachStopAndKeepsStillBetween) {
   const double sigma_mm = 0.0166;
   TrueArm arm{{.robot = planar_arm(), .repeatability_mm = sigma_mm}, 5};
   TrueArm replay{{.robot = planar_arm(), .repeatability_mm = sigma_mm}, 5};

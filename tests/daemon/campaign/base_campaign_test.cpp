@@ -84,7 +84,7 @@ TEST_F(BaseCampaignTest, AsksAgainWhereTheTrackerDoesNotSeeThePoint) {
                           HasSubstr("the tracker did not see it: put the reflector at point \"x\"")));
 }
 
-TEST_F(BaseCampaignTest, ByTheTrackerIsStartedAnewAfterAnInterruption) {
+TEST_F(BaseCampaignTest, ByTheTrackerIsStartedAgainAfterAnInterruption) {
   EXPECT_EQ(order_text(order, config, false), "");
 }
 
@@ -93,19 +93,19 @@ struct TouchedBaseTest : BaseCampaignTest {
   TouchedBaseTest() {
     order.readings = 1;
     config::ToolFile tool{.number = 3, .arm = config.robot.model.name};
-    tool.X_told.translation() = kTcp_F_mm;
+    tool.X_controller.translation() = kTcp_F_mm;
     tool.data = hand.tool_readings(10, truth.truth.X_WB, kTcp_F_mm);
     order.touch = TouchOrder{std::move(tool), {}};
     EXPECT_TRUE(use_model(order.by, model, order));
   }
   Eigen::Vector3d place_mm(std::size_t point) const { return X_BU * fixture_mm[point]; }
-  /// Touches what it is asked to, a minute later; where `places` says so, beside it.
-  void with_a_hand(std::vector<Eigen::Vector3d> beside_mm = {}) {
-    observer.at_pause = [this, beside_mm] {
+  /// Touches the requested point, a minute later, with an offset where one is given.
+  void with_a_hand(std::vector<Eigen::Vector3d> offsets_mm = {}) {
+    observer.at_pause = [this, offsets_mm] {
       ASSERT_LT(observer.pauses.size(), 30U) << observer.pauses.back();
       const auto touch = static_cast<std::size_t>(campaign->progress().done);
       const std::size_t point = touch / static_cast<std::size_t>(order.readings);
-      const Eigen::Vector3d off_mm = touch < beside_mm.size() ? beside_mm[touch] : Eigen::Vector3d(0, 0, 0);
+      const Eigen::Vector3d off_mm = touch < offsets_mm.size() ? offsets_mm[touch] : Eigen::Vector3d(0, 0, 0);
       jog(hand.touching(place_mm(point) + off_mm, kTcp_F_mm));
       later(std::chrono::seconds{60}, [this] { campaign->resume(); });
     };

@@ -270,7 +270,7 @@ TEST_F(CampaignTest, MeasuresTheReferencePoseAgainAndAgain) {
   EXPECT_EQ(measurement_data(result.points, "1").points.size(), 28U) << "the reference identifies nothing";
 }
 
-TEST_F(CampaignTest, ComesToEveryPoseFromTheSideThatItIsTold) {
+TEST_F(CampaignTest, ComesToEveryPoseFromTheConfiguredSide) {
   config.campaign.approach = config::ApproachSide::Upwards;
   start();
   ASSERT_TRUE(go_on());
@@ -349,12 +349,12 @@ TEST_F(CampaignTest, APointFarFromItsPredictionIsAWrongReflectorAndNoMeasurement
   robot.emplace(*cell);
   tracker.emplace(*cell);
   CellDevices devices{config, {*robot, *tracker, clock}, [](const std::string&) {}};
-  std::optional<std::expected<CellDevices::Sighted, DeviceError>> point;
+  std::optional<std::expected<CellDevices::MeasureResult, DeviceError>> point;
   const auto measure = [&]() -> asio::awaitable<void> {
     auto connected = co_await devices.connect();
     EXPECT_TRUE(connected);
-    const CellDevices::Sight sight{.p_W_mm = cell->p_WS_mm(), .search_mm = 300, .gate_mm = 25};
-    auto measured = co_await devices.measure(sight);
+    const CellDevices::MeasureRequest request{.p_W_mm = cell->p_WS_mm(), .search_mm = 300, .gate_mm = 25};
+    auto measured = co_await devices.measure(request);
     point.emplace(std::move(measured));
   };
   asio::co_spawn(io, measure, [](std::exception_ptr e) { EXPECT_FALSE(e); });

@@ -59,8 +59,8 @@ TEST_F(HaltedCampaignTest, WaitsForADeviceAsLongAsItIsAwayAndSaysWhyOnce) {
   EXPECT_EQ(journal.points.size(), 40U);
   EXPECT_THAT(journal.skipped, IsEmpty());
   EXPECT_EQ(std::ranges::count_if(observer.troubles,
-                                  [](const std::string& told) {
-                                    return told == "robot: the controller does not answer; trying again";
+                                  [](const std::string& trouble) {
+                                    return trouble == "robot: the controller does not answer; trying again";
                                   }),
             1);
 }

@@ -17,7 +17,7 @@ struct InterruptedCampaignTest : CampaignServiceTest {
     play([&]() -> Wait {
       const Answer started = co_await ask("campaign.start", params);
       EXPECT_TRUE(started) << started.error().message;
-      while (told(control::Topic::Measurement).size() < 7) co_await pass(1s);
+      while (event_data(control::Topic::Measurement).size() < 7) co_await pass(1s);
       co_await cell.shut_down();
       // The daemon that comes after finds the devices disconnected and has no fault.
       co_await pass(10s);
@@ -60,7 +60,7 @@ TEST_F(InterruptedCampaignTest, GoesOnWithACampaignThatWasInterruptedAndSaysSo) 
               AllOf(HasSubstr("no campaign is paused; interrupted: calibration " + id),
                     HasSubstr("give its id to resume it")));
 
-  const std::size_t told_before = told(control::Topic::Measurement).size();
+  const std::size_t events_before = event_data(control::Topic::Measurement).size();
   play([this, id, done]() -> Wait {
     const json::object which{{"id", id}};
     const Answer resumed = co_await ask("campaign.resume", which);
@@ -75,7 +75,8 @@ TEST_F(InterruptedCampaignTest, GoesOnWithACampaignThatWasInterruptedAndSaysSo) 
   EXPECT_EQ(campaign.at_pointer("/campaign/state"), "done") << control::json_text(campaign.at("campaign"));
   EXPECT_EQ(campaign.at_pointer("/campaign/reason"), "");
   EXPECT_EQ(campaign.at("points_total"), 28 + 2) << "two were measured again";
-  EXPECT_EQ(told(control::Topic::Measurement).size(), told_before + 28 - static_cast<std::size_t>(done));
+  EXPECT_EQ(event_data(control::Topic::Measurement).size(),
+            events_before + 28 - static_cast<std::size_t>(done));
   EXPECT_THAT(string_at(campaign, "/interruptions/0/found"), HasSubstr("nothing has moved"));
   EXPECT_EQ(status().at_pointer("/model/id"), campaign.at_pointer("/campaign/model_id"));
   EXPECT_TRUE(status().at("interrupted").as_array().empty());
@@ -128,7 +129,7 @@ TEST_F(InterruptedCampaignTest, TellsWhyItDidNotGoOnRatherThanWhyItWasInterrupte
   EXPECT_EQ(status().at("state"), "disconnected");
   EXPECT_EQ(string_at(status(), "/interrupted/0/id"), id);
   EXPECT_EQ(string_at(status(), "/interrupted/0/reason"), why);
-  EXPECT_EQ(string_at(told(control::Topic::Campaign).back(), "/reason"), why);
+  EXPECT_EQ(string_at(event_data(control::Topic::Campaign).back(), "/reason"), why);
   const auto campaign = [&] { return call("campaign.get", {{"id", id}}).value().at("campaign"); };
   EXPECT_EQ(string_at(campaign(), "/state"), "interrupted");
   EXPECT_EQ(string_at(campaign(), "/reason"), why);

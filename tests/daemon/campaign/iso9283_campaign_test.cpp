@@ -33,7 +33,7 @@ struct Iso9283CampaignTest : CampaignTest {
                        {Reflector{config.reflector.name, truth.truth.p_FS_mm}}};
 };
 
-TEST_F(Iso9283CampaignTest, MeasuresFivePosesAsOftenAsItIsTold) {
+TEST_F(Iso9283CampaignTest, MeasuresFivePosesAsOftenAsConfigured) {
   const Iso9283Test& test = run({.cell = model, .cycles = 4});
   EXPECT_THAT(journal.points, SizeIs(20));
   ASSERT_THAT(test.result.sets, SizeIs(5));

@@ -19,7 +19,7 @@ namespace {
 
 namespace asio = boost::asio;
 
-/// Tells each pose that clients are told of, through a pipe.
+/// Writes each pose that clients are notified of to a pipe.
 struct TellingObserver final : CampaignObserver {
   explicit TellingObserver(int p) : pipe{p} {}
   void tell(int pose) const {
@@ -43,7 +43,7 @@ config::CellConfig small_cell() {
   return config;
 }
 
-/// What the process does: begins the campaign, or goes on with it. @return its exit code
+/// What the process does: begins the campaign, or continues with it. @return its exit code
 int live(const std::filesystem::path& file, const std::string& id, int pipe) {
   auto store = Store::open(file);
   if (!store || !store->plans().interrupt_running("2026-02-03T08:00:00Z")) return 2;
@@ -86,7 +86,7 @@ int live(const std::filesystem::path& file, const std::string& id, int pipe) {
   return done ? 0 : 1;
 }
 
-/// A process that measures, and what it has told.
+/// A process that measures, and the poses that it has written.
 class Measuring {
  public:
   Measuring(const std::filesystem::path& file, const std::string& id) {
@@ -114,7 +114,7 @@ class Measuring {
     ::waitpid(pid_, &status, 0);
     return WIFEXITED(status) ? std::optional{WEXITSTATUS(status)} : std::nullopt;
   }
-  std::vector<int> told() const {
+  std::vector<int> reported() const {
     std::vector<int> poses;
     for (int pose = 0; ::read(pipe_, &pose, sizeof pose) == sizeof pose;) poses.push_back(pose);
     return poses;
@@ -125,7 +125,7 @@ class Measuring {
   int pipe_ = -1;
 };
 
-TEST(ACampaignWhoseProcessIsKilledAgainAndAgain, LosesNothingThatWasToldAndComesToItsEnd) {
+TEST(ACampaignWhoseProcessIsKilledAgainAndAgain, LosesNothingThatWasReportedAndComesToItsEnd) {
   const TempFolder folder;
   const std::filesystem::path file = folder.path() / "cell.sqlite";
   const std::uint64_t seed = std::random_device{}();
@@ -135,7 +135,7 @@ TEST(ACampaignWhoseProcessIsKilledAgainAndAgain, LosesNothingThatWasToldAndComes
   int kills = 0, done = 0;
   for (int campaign = 1; kills < trials(800); ++campaign) {
     const std::string id = "c" + std::to_string(campaign);
-    std::set<int> told;
+    std::set<int> reported;
     std::optional<int> exit_code;
     double longest_us = 30'000;  // that it is let live: longer each time, so that it comes to its end
     while (!exit_code) {
@@ -143,8 +143,8 @@ TEST(ACampaignWhoseProcessIsKilledAgainAndAgain, LosesNothingThatWasToldAndComes
       process.kill_after(std::chrono::microseconds{
           static_cast<std::int64_t>(std::uniform_real_distribution{0.0, longest_us}(random))});
       exit_code = process.wait();
-      for (const int pose : process.told())
-        EXPECT_TRUE(told.insert(pose).second) << "pose " << pose << " twice";
+      for (const int pose : process.reported())
+        EXPECT_TRUE(reported.insert(pose).second) << "pose " << pose << " twice";
       longest_us *= 1.25;
       kills += !exit_code;
 
@@ -158,10 +158,10 @@ TEST(ACampaignWhoseProcessIsKilledAgainAndAgain, LosesNothingThatWasToldAndComes
       const std::vector<SkippedPose> given_up = store.skipped(id).value();
       for (const SkippedPose& skipped : given_up)
         EXPECT_TRUE(kept.insert(skipped.pose).second) << skipped.pose;
-      EXPECT_THAT(kept, testing::IsSupersetOf(told));
-      EXPECT_LE(kept.size(), told.size() + 1);
-      // What was stored in the moment of the kill is known, and not told again.
-      told = kept;
+      EXPECT_THAT(kept, testing::IsSupersetOf(reported));
+      EXPECT_LE(kept.size(), reported.size() + 1);
+      // A pose that was stored in the moment of the kill is known, and not reported again.
+      reported = kept;
     }
     EXPECT_EQ(*exit_code, 0) << id;
     Store store = Store::open(file).value();

@@ -35,7 +35,7 @@ struct ReflectorsCampaignTest : CampaignTest {
     config.campaign.remeasure = false;
     const CampaignResult& result = run();
     for (const StoredPoint& point : result.points) {
-      if (!tells_the_arm(point)) continue;
+      if (!shows_arm(point)) continue;
       Eigen::Vector3d p_F_mm = truth.truth.p_FS_mm;
       for (std::size_t k = 0; k < config.further_reflectors.size(); ++k)
         if (config.further_reflectors[k].name == point.smr) p_F_mm = truth.truth.further[k].p_FS_mm;
@@ -44,7 +44,7 @@ struct ReflectorsCampaignTest : CampaignTest {
       EXPECT_LT((*point.p_WS_mm - true_mm).norm(), 0.2) << "pose " << point.pose << ", " << point.smr;
     }
   }
-  static bool tells_the_arm(const StoredPoint& point) {
+  static bool shows_arm(const StoredPoint& point) {
     return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
   }
 };
@@ -54,7 +54,7 @@ TEST_F(ReflectorsCampaignTest, MeasuresAtEachPoseThoseThatTheTrackerSees) {
   std::map<int, std::set<std::string>> seen;
   std::map<std::string, int> times;
   for (const StoredPoint& point : result.points) {
-    if (!tells_the_arm(point)) continue;
+    if (!shows_arm(point)) continue;
     EXPECT_TRUE(seen[point.pose].insert(point.smr).second) << "once each";
     ++times[point.smr];
   }
@@ -86,16 +86,16 @@ TEST_F(ReflectorsCampaignTest, TellsWhichReflectorWasNotMeasuredAndKeepsThePose)
   config.campaign.pause_after_lost = 0;
   truth.truth.further[0].acceptance_rad = 15 * kRadPerDeg;  // b is dirty
   const CampaignResult& result = run();
-  int told = 0;
+  int reported = 0;
   for (const std::string& sentence : observer.troubles) {
     if (sentence.find("reflector \"b\" was not measured: tracker: no reflector") == std::string::npos)
       continue;
     int pose = 0;
     ASSERT_EQ(std::sscanf(sentence.c_str(), "pose %d:", &pose), 1) << sentence;
     EXPECT_TRUE(std::ranges::count(result.points, pose, &StoredPoint::pose)) << sentence;
-    ++told;
+    ++reported;
   }
-  EXPECT_GT(told, 0);
+  EXPECT_GT(reported, 0);
 }
 
 TEST_F(ReflectorsCampaignTest, TellsOfAPoseThatItGivesUpWhichReflectorsItLookedFor) {
@@ -205,7 +205,7 @@ TEST_F(ReflectorsCampaignTest, GoesOnWithAllOfThemAfterAnInterruptionInWhichTheT
   std::set<std::pair<int, std::string>> seen;
   std::map<std::string, int> since;
   for (const StoredPoint& point : result.points) {
-    if (!tells_the_arm(point)) continue;
+    if (!shows_arm(point)) continue;
     EXPECT_TRUE(seen.emplace(point.pose, point.smr).second) << "once each";
     since[point.smr] += point.resumption;
   }

@@ -1,4 +1,4 @@
-// Campaigns that go on after the daemon has ended. What a power cut leaves is what the journal has: a
+// Campaigns that continue after the daemon has ended. What a power cut leaves is what the journal has: a
 // campaign is cut off at some moment, and another begins with that alone.
 
 #include <gmock/gmock.h>
@@ -378,11 +378,11 @@ TEST_F(ResumedCampaignTest, DrivesToTheTargetsThatAreLeft) {
   }
 }
 
-TEST(WhyAnew, IsSaidOfKindsThatDoNotGoOn) {
-  EXPECT_THAT(std::string{why_anew("iso9283")}, HasSubstr("without a break"));
-  EXPECT_THAT(std::string{why_anew("drift")}, HasSubstr("start it again"));
-  EXPECT_EQ(why_anew("calibration"), "");
-  EXPECT_EQ(why_anew("targets"), "");
+TEST(ReasonNotResumable, IsGivenForKindsThatCannotBeResumed) {
+  EXPECT_THAT(std::string{reason_not_resumable("iso9283")}, HasSubstr("without a break"));
+  EXPECT_THAT(std::string{reason_not_resumable("drift")}, HasSubstr("start it again"));
+  EXPECT_EQ(reason_not_resumable("calibration"), "");
+  EXPECT_EQ(reason_not_resumable("targets"), "");
 }
 
 }  // namespace

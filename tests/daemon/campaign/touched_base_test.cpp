@@ -106,11 +106,11 @@ TEST_F(TouchedBaseServiceTest, NothingPretendsThatATrackerReadIt) {
     EXPECT_THAT(point.at("q_actual_deg").as_array(), SizeIs(6));
     EXPECT_THAT(point.at("q_commanded_deg").as_array(), IsEmpty());
   }
-  const json::value told_last = told(control::Topic::Measurement).back();
-  EXPECT_EQ(told_last.at("smr"), "xy");
-  EXPECT_TRUE(told_last.at("p_mm").is_null());
-  EXPECT_TRUE(told_last.at("error_mm").is_null());
-  EXPECT_EQ(told_last.at("reason"), "");
+  const json::value last_event = event_data(control::Topic::Measurement).back();
+  EXPECT_EQ(last_event.at("smr"), "xy");
+  EXPECT_TRUE(last_event.at("p_mm").is_null());
+  EXPECT_TRUE(last_event.at("error_mm").is_null());
+  EXPECT_EQ(last_event.at("reason"), "");
   const auto rows =
       sqlite_rows(file, "SELECT count(*) FROM point WHERE x_mm IS NULL AND temperature_c IS NULL");
   EXPECT_EQ(rows[0][0], "3");

@@ -15,8 +15,7 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
 
-/// Campaigns that measure what a tracker does besides: reflectors beside the arm, both faces, longer where
-/// it scatters.
+/// Campaigns with further measurements of a tracker: nests, both faces, longer readings where it scatters.
 struct TrackerCampaignTest : CampaignTest {
   TrackerCampaignTest() {
     config.campaign.identify_poses = 24;
@@ -86,7 +85,7 @@ TEST_F(TrackerCampaignTest, TheNestsAreMeasuredFirstEverySoManyPosesAndLast) {
   EXPECT_THAT(sentences(result), Not(Contains(HasSubstr("the tracker moved"))));
 }
 
-TEST_F(TrackerCampaignTest, WithoutNestsNothingIsMeasuredBeside) {
+TEST_F(TrackerCampaignTest, WithoutNestsOnlyPosesAreMeasured) {
   config.tracker.nests_mm.clear();
   EXPECT_THAT(points_for(run(), PointPurpose::Nest), IsEmpty());
 }

@@ -83,7 +83,7 @@ struct ACellInEveryState : AWatchedStream, testing::WithParamInterface<std::pair
   }
   Wait interrupted() {
     co_await begin("campaign.start");
-    while (told(control::Topic::Measurement).size() < 3) co_await pass(1s);
+    while (event_data(control::Topic::Measurement).size() < 3) co_await pass(1s);
     co_await cell.shut_down();
     co_await pass(10s);
     co_await ask("cell.acknowledge");

@@ -11,7 +11,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using namespace std::chrono_literals;
 
-/// A cell that is armed, beside a controller whose programs open RSI now and then.
+/// A cell that is armed, and a controller with programs that open RSI now and then.
 struct AnArmedStream : AWatchedStream {
   Wait armed() {
     const Answer answer = co_await ask("stream.arm");
@@ -86,14 +86,14 @@ TEST_F(AnArmedStream, ShowsTheStateOfTheRobotAndTellsItsChanges) {
     EXPECT_EQ(now->at_pointer("/robot/mode"), "AUT");
     EXPECT_EQ(now->at_pointer("/robot/emergency_stop"), false);
     EXPECT_EQ(now->at_pointer("/robot/unknown"), "");
-    const std::size_t before = told(control::Topic::Stream).size();
+    const std::size_t before = event_data(control::Topic::Stream).size();
     robot.press_emergency_stop(true);
     co_await pass(1500ms);
     now = co_await ask("cell.status");
     EXPECT_EQ(now->at_pointer("/stream/robot/emergency_stop"), true);
     EXPECT_EQ(now->at_pointer("/stream/reason"), "an emergency stop is pressed");
     EXPECT_EQ(now->at_pointer("/robot/ready"), false) << "nobody is connected to move it";
-    EXPECT_GT(told(control::Topic::Stream).size(), before);
+    EXPECT_GT(event_data(control::Topic::Stream).size(), before);
     rig.program.state = 4;
     co_await pass(100ms);
     now = co_await ask("stream.status");
@@ -197,7 +197,7 @@ TEST_F(AnArmedStream, GoesOnWhereTheStateOfTheRobotIsNotKnownAndShowsNoneThatIsO
   });
 }
 
-TEST_F(AnArmedStream, TriesAnewInEachProgramWhetherTheArmFollows) {
+TEST_F(AnArmedStream, TestsInEachProgramWhetherTheArmFollows) {
   play([this]() -> Wait {
     co_await frozen();
     rig.stuck.reset();
@@ -366,7 +366,7 @@ TEST_F(AnArmedStream, IsNotArmedByADaemonThatCannotUseItsModel) {
 TEST_F(AnArmedStream, IsNotArmedForAnotherArmWhoseStateServerTellsItsNumber) {
   play([this]() -> Wait {
     co_await ask("cell.disconnect");
-    robot.tell_serial("MOCK-0002");
+    robot.set_serial("MOCK-0002");
     const Answer answer = co_await ask("stream.arm");
     EXPECT_FALSE(answer);
     EXPECT_THAT(answer.error().message, HasSubstr("belongs to arm MOCK-0001, not to MOCK-0002"));
@@ -379,7 +379,7 @@ TEST_F(AnArmedStream, TakesNoToolIntoUseThatWasMeasuredOnAnotherArm) {
   measured.robot_serial = "MOCK-0002";
   ASSERT_TRUE(store->begin_campaign(measured));
   ASSERT_TRUE(store->end_campaign(measured));
-  robot.tell_serial("MOCK-0001");
+  robot.set_serial("MOCK-0001");
   play([this]() -> Wait {
     co_await armed();
     co_await pass(2s);
@@ -392,14 +392,14 @@ TEST_F(AnArmedStream, TakesNoToolIntoUseThatWasMeasuredOnAnotherArm) {
 }
 
 TEST_F(AnArmedStream, EndsWithAFaultWhereTheStateServerTellsAnotherArm) {
-  robot.tell_serial("MOCK-0001");
+  robot.set_serial("MOCK-0001");
   play([this]() -> Wait {
     co_await armed();
     co_await pass(2s);
     Answer now = co_await ask("stream.status");
     EXPECT_EQ(now->at_pointer("/arm/serial"), "MOCK-0001");
     EXPECT_EQ(now->at_pointer("/arm/verified"), true);
-    robot.tell_serial("MOCK-0002");
+    robot.set_serial("MOCK-0002");
     co_await pass(4s);
     co_await expect_state("fault", "off");
     EXPECT_EQ(rig.largest_applied_deg(), 0) << "ramped out";
@@ -408,8 +408,8 @@ TEST_F(AnArmedStream, EndsWithAFaultWhereTheStateServerTellsAnotherArm) {
   EXPECT_EQ(store->armed_since().value(), "");
 }
 
-TEST_F(AnArmedStream, DoesNotCorrectAControllerThatWasAwayBeforeItHasToldWhoseItIs) {
-  robot.tell_serial("MOCK-0001");
+TEST_F(AnArmedStream, DoesNotCorrectAControllerThatWasAwayBeforeItsSerialNumberIsKnown) {
+  robot.set_serial("MOCK-0001");
   play([this]() -> Wait {
     co_await armed();
     co_await pass(2s);
@@ -455,7 +455,7 @@ TEST_F(AnArmedStream, CorrectsAControllerThatNeverTellsWhoseItIsAndSaysThatNobod
 TEST_F(AnArmedStream, IsNotArmedAgainForAnotherArm) {
   sends = false;
   play([this]() -> Wait { co_await armed(); });
-  robot.tell_serial("MOCK-0002");
+  robot.set_serial("MOCK-0002");
   EXPECT_EQ(state_under_next_daemon(), "disconnected");
   EXPECT_EQ(store->armed_since().value(), "");
 }
@@ -466,7 +466,7 @@ TEST_F(AnArmedStream, NeedsAModel) {
   EXPECT_EQ(store->armed_since().value(), "");
 }
 
-TEST_F(AnArmedStream, IsArmedAnewByAPersonAfterAFault) {
+TEST_F(AnArmedStream, IsArmedAgainByAPersonAfterAFault) {
   play([this]() -> Wait {
     co_await armed();
     co_await pass(2s);

@@ -20,8 +20,8 @@ TEST_F(CampaignServiceTest, CalibratesActivatesTheModelAndTellsEachStep) {
   EXPECT_TRUE(campaign.at("progress").is_null());
   EXPECT_THAT(phases(), testing::ElementsAre("connecting", "computing", "warming_up", "identifying",
                                              "validating", "computing", "activating", "done"));
-  EXPECT_EQ(told(control::Topic::Measurement).size(), 28U);
-  const auto changes = told(control::Topic::Model);
+  EXPECT_EQ(event_data(control::Topic::Measurement).size(), 28U);
+  const auto changes = event_data(control::Topic::Model);
   ASSERT_THAT(changes, SizeIs(2));
   EXPECT_EQ(changes[0].at("change"), "made");
   EXPECT_EQ(changes[1].at("change"), "activated");
@@ -44,7 +44,7 @@ TEST_F(CampaignServiceTest, WaitsForNoControllerThatAnswersTheQuestionsOfAReadyC
       co_await pass(1min);
     }
   });
-  for (const json::value& event : told(control::Topic::Cell))
+  for (const json::value& event : event_data(control::Topic::Cell))
     EXPECT_THAT(control::json_text(event), testing::Not(HasSubstr("cut off")));
 }
 
@@ -120,7 +120,7 @@ TEST_F(CampaignServiceTest, SaysWhyItIsPausedWhereNobodyIsInCommandAnyMore) {
   play([&]() -> Wait {
     const Answer started = co_await ask("campaign.start");
     EXPECT_TRUE(started) << started.error().message;
-    while (told(control::Topic::Measurement).empty()) co_await pass(1s);
+    while (event_data(control::Topic::Measurement).empty()) co_await pass(1s);
     auto pausing = cell.pause("Anna has not renewed its control", "trueposed");
     const Answer paused = co_await std::move(pausing);
     EXPECT_TRUE(paused) << paused.error().message;
@@ -128,7 +128,7 @@ TEST_F(CampaignServiceTest, SaysWhyItIsPausedWhereNobodyIsInCommandAnyMore) {
     EXPECT_EQ(now->at("state"), "paused");
     EXPECT_EQ(now->at("state_text"),
               "paused, since Anna has not renewed its control: resume the campaign or abort it");
-    EXPECT_EQ(told(control::Topic::Cell).back().at("by"), "trueposed");
+    EXPECT_EQ(event_data(control::Topic::Cell).back().at("by"), "trueposed");
     const Answer aborted = co_await ask("campaign.abort");
     EXPECT_TRUE(aborted) << aborted.error().message;
   });
@@ -139,10 +139,10 @@ TEST_F(CampaignServiceTest, KeepsWhoStartedACampaignAndWhatFor) {
   EXPECT_EQ(found.at_pointer("/campaign/by"), kOperator);
   EXPECT_EQ(found.at_pointer("/campaign/note"), "after the new gripper");
   EXPECT_EQ(call("campaign.list")->at_pointer("/campaigns/0/by"), kOperator);
-  const std::string told_of = call("report.get")->at_pointer("/document/campaign").as_string().c_str();
-  EXPECT_THAT(told_of, testing::EndsWith(", started by Anna: after the new gripper"));
-  EXPECT_EQ(told(control::Topic::Cell).front().at("by"), kOperator);
-  EXPECT_TRUE(told(control::Topic::Cell).back().at("by").is_null()) << "it ended by itself";
+  const std::string campaign_text = call("report.get")->at_pointer("/document/campaign").as_string().c_str();
+  EXPECT_THAT(campaign_text, testing::EndsWith(", started by Anna: after the new gripper"));
+  EXPECT_EQ(event_data(control::Topic::Cell).front().at("by"), kOperator);
+  EXPECT_TRUE(event_data(control::Topic::Cell).back().at("by").is_null()) << "it ended by itself";
 }
 
 TEST_F(CampaignServiceTest, GivesItsPointsInPartsThatFitIntoALine) {
@@ -196,7 +196,7 @@ TEST_F(CampaignServiceTest, GivesThePageThatWasBegunWithoutAnIdToItsEndThoughACa
   const json::value first = call("report.html").value();
   set_ahead = std::chrono::seconds{60};
   const auto next = [&] { return call("report.html", {{"offset", first.at("next")}}).value(); };
-  EXPECT_EQ(next().at("made"), first.at("made")) << "made anew for its second part";
+  EXPECT_EQ(next().at("made"), first.at("made")) << "made again for its second part";
   ended("campaign.start");
   EXPECT_EQ(next().at("id"), first.at("id"));
   EXPECT_EQ(next().at("made"), first.at("made"));
@@ -317,7 +317,7 @@ TEST_F(CampaignServiceTest, FindsTheJointsOfTargetsThatAreGivenAsJointsOrPosesOr
     params["readings"] = 1;
     const json::value campaign = ended("campaign.start", params);
     EXPECT_EQ(campaign.at_pointer("/campaign/kind"), "targets");
-    EXPECT_TRUE(campaign.at("targets").is_null()) << "beside the points it is too long for a line";
+    EXPECT_TRUE(campaign.at("targets").is_null()) << "with the points it is too long for a line";
     EXPECT_EQ(call("campaign.get")->at_pointer("/targets/targets").as_array().size(), 1U);
   }
   EXPECT_THAT(

@@ -33,7 +33,7 @@ struct CellRunnerTest : testing::Test {
     runner.on(CellCommand::ResumeCampaign, [this](const std::string&) { done.emplace_back("resume"); });
     runner.explain_by([] { return "no datagram came"; });
   }
-  std::vector<json::value> told(control::Topic topic) {
+  std::vector<json::value> event_data(control::Topic topic) {
     std::vector<json::value> data;
     const auto reader = events.subscribe({topic}, 0, [] {});
     for (const EventBus::Line& line : reader->take(100).lines)
@@ -71,9 +71,9 @@ TEST_F(CellRunnerTest, TellsClientsOfEachStateAndWhyItCame) {
   runner.apply(ConnectRequested{}, "asked for by an operator", "Anna");
   EXPECT_EQ(runner.name(), "connecting");
   EXPECT_EQ(runner.reason(), "asked for by an operator");
-  ASSERT_EQ(told(control::Topic::Cell).size(), 1U);
+  ASSERT_EQ(event_data(control::Topic::Cell).size(), 1U);
   EXPECT_EQ(
-      control::json_text(told(control::Topic::Cell)[0]),
+      control::json_text(event_data(control::Topic::Cell)[0]),
       R"({"state":"connecting","from":"disconnected","reason":"asked for by an operator","by":"Anna"})");
 }
 
@@ -85,7 +85,7 @@ TEST_F(CellRunnerTest, RefusesWhatTheStateDoesNotAllowAndChangesNothing) {
   EXPECT_THAT(refused->allowed, ElementsAre("cell.connect", "campaign.start", "drift.check", "stream.arm"));
   EXPECT_TRUE(runner.request({{"nonsense", 1}}, ConnectRequested{}, "", ""));
   EXPECT_EQ(runner.name(), "disconnected");
-  EXPECT_THAT(told(control::Topic::Cell), IsEmpty());
+  EXPECT_THAT(event_data(control::Topic::Cell), IsEmpty());
 }
 
 TEST_F(CellRunnerTest, HasTheCommandsOfAStepCarriedOutInTheirOrder) {
@@ -102,7 +102,7 @@ TEST_F(CellRunnerTest, AFaultStandsUntilItIsAcknowledged) {
   EXPECT_EQ(runner.reason(), "robot: gone; look at its cable, then acknowledge the fault and connect");
   EXPECT_FALSE(runner.apply(AcknowledgeRequested{}, "acknowledged"));
   EXPECT_FALSE(runner.faults().stands(FaultCode::Cell));
-  const auto faults = told(control::Topic::Fault);
+  const auto faults = event_data(control::Topic::Fault);
   ASSERT_EQ(faults.size(), 2U);
   EXPECT_EQ(faults[0].at("active"), true);
   EXPECT_EQ(faults[1].at("active"), false);
@@ -156,7 +156,7 @@ TEST_F(CellRunnerTest, WakesWhoWaitsForTheEndOfAState) {
   EXPECT_TRUE(clock.run(io, [&] { return woken; }));
 }
 
-TEST_F(CellRunnerTest, WaitsNoLongerThanItIsTold) {
+TEST_F(CellRunnerTest, WaitsNoLongerThanItsTimeout) {
   TimePoint woken{};
   asio::co_spawn(io, runner.changed_until(TimePoint{10s}), [&](std::exception_ptr failed) {
     EXPECT_FALSE(failed);
@@ -193,7 +193,7 @@ TEST_F(CellRunnerTest, TellsThatACampaignHasLostADeviceThatItPausesForItAndThatI
   EXPECT_EQ(runner.name(), "campaign");
   EXPECT_EQ(runner.reason(), "the tracker answers");
   EXPECT_THAT(done, ElementsAre("pause", "resume"));
-  const auto changes = told(control::Topic::Cell);
+  const auto changes = event_data(control::Topic::Cell);
   ASSERT_EQ(changes.size(), 4U) << "started, lost, paused, back";
   EXPECT_EQ(
       control::json_text(changes[1]),
@@ -205,14 +205,14 @@ TEST_F(CellRunnerTest, TellsOfALossThatEndsBeforeTheCampaignPauses) {
   runner.await(CellDevice::Controller, "robot: emergency stop");
   runner.await(CellDevice::Controller, "");
   runner.await(CellDevice::Controller, "");
-  const auto changes = told(control::Topic::Cell);
+  const auto changes = event_data(control::Topic::Cell);
   ASSERT_EQ(changes.size(), 3U);
   EXPECT_EQ(changes[2].at("reason"), "the controller answers");
   EXPECT_EQ(runner.reason(), "asked for by an operator");
 }
 
 TEST_F(CellRunnerTest, KeepsOneFaultOfACodeAndListsThemByIt) {
-  StandingFaults& faults = runner.faults();
+  ActiveFaults& faults = runner.faults();
   faults.stand(true, {FaultCode::Tracker, "gone"});
   faults.stand(true, {FaultCode::Tracker, "gone for longer"});
   faults.begin({FaultCode::Model, "refused"});
@@ -222,7 +222,7 @@ TEST_F(CellRunnerTest, KeepsOneFaultOfACodeAndListsThemByIt) {
   faults.stand(false, {FaultCode::Tracker, ""});
   faults.end(FaultCode::Model);
   EXPECT_THAT(faults.json(), IsEmpty());
-  EXPECT_EQ(told(control::Topic::Fault).size(), 4U);
+  EXPECT_EQ(event_data(control::Topic::Fault).size(), 4U);
 }
 
 TEST(FaultKinds, StandInTheTableOfThePage) {

@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 
 struct DeviceServiceTest : CellTest {
-  /// How the cell waits so long after it was told to connect.
+  /// The cell's waiting state this long after the command to connect.
   boost::json::value waiting_after(drivers::Duration time) {
     boost::json::value waiting;
     play([&]() -> Wait {
@@ -52,7 +52,7 @@ TEST_F(DeviceServiceTest, SaysThatItWaitsForTheTracker) {
   EXPECT_EQ(waiting.at("since"), "1970-01-01T00:00:00.212Z") << "since the controller answered";
 }
 
-TEST_F(DeviceServiceTest, DoesNotBecomeReadyOnceItWasToldToDisconnectInstead) {
+TEST_F(DeviceServiceTest, DoesNotBecomeReadyOnceADisconnectWasRequested) {
   play([this]() -> Wait {
     send("cell.connect");
     co_await pass(1s);
@@ -104,11 +104,11 @@ TEST_F(DeviceServiceTest, NoticesWithinSecondsThatADeviceOfAReadyCellIsGone) {
 }
 
 TEST_F(DeviceServiceTest, HandsOutItsConfiguration) {
-  const boost::json::value told = call("system.config").value().at("config");
-  EXPECT_EQ(told.at("name"), "example");
-  EXPECT_EQ(told.at_pointer("/robot/expect_model"), "KR210R2700_2");
-  EXPECT_EQ(told.at_pointer("/campaign/identify_poses"), 16);
-  EXPECT_EQ(told.at_pointer("/stream/timeout_cycles"), 100);
+  const boost::json::value handed_out = call("system.config").value().at("config");
+  EXPECT_EQ(handed_out.at("name"), "example");
+  EXPECT_EQ(handed_out.at_pointer("/robot/expect_model"), "KR210R2700_2");
+  EXPECT_EQ(handed_out.at_pointer("/campaign/identify_poses"), 16);
+  EXPECT_EQ(handed_out.at_pointer("/stream/timeout_cycles"), 100);
 }
 
 TEST_F(CellTest, RefusesAParameterThatItDoesNotKnowInEveryMethod) {

@@ -1,4 +1,4 @@
-// Stored campaigns identified anew.
+// Stored campaigns identified again.
 #include "daemon/cell/identification_service.hpp"
 
 #include <algorithm>

@@ -18,7 +18,7 @@ TEST_F(ModelServiceTest, WorksWithTheModelThatItsStoreSaysIsActive) {
   EXPECT_THAT(fault(), IsEmpty());
   ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
   EXPECT_EQ(status().at_pointer("/model/id"), "m2");
-  const auto changes = told(control::Topic::Model);
+  const auto changes = event_data(control::Topic::Model);
   ASSERT_EQ(changes.size(), 1U);
   EXPECT_EQ(changes[0].at("change"), "activated");
   EXPECT_EQ(changes[0].at_pointer("/model/id"), "m2");
@@ -29,7 +29,7 @@ TEST_F(ModelServiceTest, GoesBackToTheModelThatWasActiveBefore) {
   ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
   EXPECT_EQ(call("model.rollback")->at("id"), "m1");
   EXPECT_EQ(status().at_pointer("/model/id"), "m1");
-  EXPECT_EQ(told(control::Topic::Model).back().at("by"), kOperator);
+  EXPECT_EQ(event_data(control::Topic::Model).back().at("by"), kOperator);
   EXPECT_EQ(call("model.rollback")->at("id"), "m2") << "and forth";
   ASSERT_TRUE(call("model.deactivate"));
   EXPECT_EQ(call("model.rollback")->at("id"), "m2");

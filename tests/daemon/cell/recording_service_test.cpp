@@ -71,11 +71,11 @@ TEST_F(ARecordedCellService, RecordsAFaultAndTheNextOneOnlyAMinuteLater) {
   const auto recording = [&](std::size_t i) {
     return read(std::string{recordings.at("recordings").at(i).at("name").as_string()});
   };
-  std::vector<std::int64_t> told_ns;
-  recording(0).for_each([&](const recording::Record& record) { told_ns.push_back(record.time_ns); });
-  ASSERT_EQ(told_ns.size(), 2U) << "the newer one has both faults";
+  std::vector<std::int64_t> record_times_ns;
+  recording(0).for_each([&](const recording::Record& record) { record_times_ns.push_back(record.time_ns); });
+  ASSERT_EQ(record_times_ns.size(), 2U) << "the newer one has both faults";
   constexpr std::int64_t kMinute_ns = 60'000'000'000;
-  EXPECT_LT(told_ns[1] - told_ns[0], kMinute_ns);
+  EXPECT_LT(record_times_ns[1] - record_times_ns[0], kMinute_ns);
   EXPECT_GE(recording(0).header().time_ns - recording(1).header().time_ns, kMinute_ns);
 }
 

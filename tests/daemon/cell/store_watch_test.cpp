@@ -34,7 +34,7 @@ struct StoreWatchTest : OnADisk, CellTest {
     load();
   }
   void fill() { disk.fail_after(0, test::FailingDisk::Fault::Full); }
-  void make_room() { disk.mend(); }
+  void make_room() { disk.repair(); }
   std::vector<std::string> allowed() {
     const json::value now = status();  // outlives the loop
     std::vector<std::string> methods;
@@ -89,7 +89,7 @@ TEST_F(StoreWatchTest, ADiskThatFailsForAMomentPausesACampaignWhichGoesOnWithIts
     for (; now->at("state") != "paused"; now = co_await ask("cell.status")) co_await pass(1s);
     EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STORE");
     EXPECT_THAT(fault_of(*now), HasSubstr("disk I/O error"));
-    disk.mend();
+    disk.repair();
     EXPECT_TRUE(co_await ask("cell.acknowledge"));
     EXPECT_TRUE(co_await ask("campaign.resume"));
     co_await campaign_ended();
@@ -171,7 +171,7 @@ TEST_F(StoreWatchTest, ACampaignThatTheStoreDoesNotTakeAtItsBeginningIsNoFaultOf
   });
 }
 
-TEST_F(StoreWatchTest, AModelIsTakenAwayOnAFullDiskAndTheStoreToldOnceItTakesThat) {
+TEST_F(StoreWatchTest, AModelIsDeactivatedOnAFullDiskAndStoredOnceThatIsPossible) {
   play([this]() -> Wait {
     fill();
     EXPECT_TRUE(co_await ask("model.deactivate"));
@@ -199,9 +199,9 @@ TEST_F(StoreWatchTest, AStreamIsDisarmedOnAFullDiskAndStaysSoInTheNextDaemon) {
   EXPECT_EQ(store->armed_since().value(), "");
 }
 
-TEST_F(StoreWatchTest, IsToldOnceHoweverOftenItFails) {
+TEST_F(StoreWatchTest, IsReportedOnceHoweverOftenItFails) {
   for (int i = 0; i < 5; ++i) cell.store_failed({"cell.db: full", true});
-  EXPECT_THAT(told(control::Topic::Fault), testing::SizeIs(1));
+  EXPECT_THAT(event_data(control::Topic::Fault), testing::SizeIs(1));
 }
 
 TEST_F(StoreWatchTest, TheEndOfACampaignThatTheStoreDidNotTakeIsWrittenOnceItDoes) {

@@ -136,7 +136,7 @@ TEST_F(AWatchedStream, RampsTheCorrectionOutAndIsReadyOnceItIsStopped) {
     EXPECT_EQ(now->at("state"), "ready");
     EXPECT_EQ(now->at_pointer("/stream/state"), "off");
   });
-  EXPECT_THAT(told(control::Topic::Stream).size(), testing::Gt(3U)) << "each second, and each change";
+  EXPECT_THAT(event_data(control::Topic::Stream).size(), testing::Gt(3U)) << "each second, and each change";
 }
 
 TEST_F(AWatchedStream, EndsItsProgramByTheStopBit) {
@@ -326,7 +326,7 @@ TEST_F(AFrozenStream, CanBeAcknowledgedInAnyStateThatItOutlives) {
     robot.disconnect();
     co_await pass(2s);
     EXPECT_TRUE(co_await ask("cell.acknowledge")) << "of the robot that is gone";
-    rig.cycle->engage();  // what is left in force does not arrive
+    rig.cycle->engage();  // what is left in effect does not arrive
     co_await pass(5s);
     Answer now = co_await ask("cell.status");
     EXPECT_EQ(now->at("state"), "disconnected");
@@ -421,7 +421,7 @@ TEST_F(AWatchedStream, RampsOutBeforeTheDaemonEnds) {
 }
 
 TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
-  const auto told = [](std::uint64_t model, double a1_deg) {
+  const auto reported = [](std::uint64_t model, double a1_deg) {
     StreamStatus status;
     status.state = StreamState::Active;
     status.model = model;
@@ -430,14 +430,14 @@ TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
         status, {},
         {.streaming = true, .age = drivers::Duration{0}, .refused = "", .trouble = "", .model_id = ""});
   };
-  EXPECT_EQ(told(1, 0.5).at("state"), "correcting");
-  EXPECT_EQ(told(0, 0.5).at("state"), "ramping") << "out of the model that was in force";
-  EXPECT_EQ(told(0, 0).at("state"), "waiting");
-  EXPECT_THAT(std::string{told(0, 0).at("reason").as_string().c_str()}, HasSubstr("no model is active"));
+  EXPECT_EQ(reported(1, 0.5).at("state"), "correcting");
+  EXPECT_EQ(reported(0, 0.5).at("state"), "ramping") << "out of the model that was in force";
+  EXPECT_EQ(reported(0, 0).at("state"), "waiting");
+  EXPECT_THAT(std::string{reported(0, 0).at("reason").as_string().c_str()}, HasSubstr("no model is active"));
 }
 
 TEST(StreamJson, TellsOfItsThreadWhatTheKernelDoes) {
-  const auto told = [](const std::optional<drivers::Scheduling>& thread) {
+  const auto reported = [](const std::optional<drivers::Scheduling>& thread) {
     StreamStatus status;
     status.counters.late_by_machine = 2;
     const StreamTimes times{.turnaround = {.p50_us = 50, .max_us = 90},
@@ -445,13 +445,13 @@ TEST(StreamJson, TellsOfItsThreadWhatTheKernelDoes) {
     return stream_json(status, times, {.refused = "", .trouble = "", .model_id = "", .thread = thread});
   };
   const json::value known =
-      told(drivers::Scheduling{.policy = "SCHED_FIFO", .priority = 80, .cpus = {3}, .locked_kB = 64});
+      reported(drivers::Scheduling{.policy = "SCHED_FIFO", .priority = 80, .cpus = {3}, .locked_kB = 64});
   EXPECT_EQ(known.at("scheduling"),
             json::parse(R"({"policy": "SCHED_FIFO", "priority": 80, "cpus": [3], "locked_kB": 64})"));
   EXPECT_EQ(known.at("late_by"), json::parse(R"({"daemon": 0, "machine": 2, "network": 0})"));
   EXPECT_EQ(known.at_pointer("/turnaround_us/max"), 90.0);
   EXPECT_EQ(known.at_pointer("/compute_us/p50"), 7.0);
-  EXPECT_TRUE(told(std::nullopt).at("scheduling").is_null());
+  EXPECT_TRUE(reported(std::nullopt).at("scheduling").is_null());
 }
 
 TEST(StreamJson, SaysOfAControllerThatIsSilentThatItIsBeforeWhatIsNotKnownOfIt) {
@@ -460,10 +460,10 @@ TEST(StreamJson, SaysOfAControllerThatIsSilentThatItIsBeforeWhatIsNotKnownOfIt) 
     status.state = StreamState::Unproven;
     status.heard = drivers::TimePoint{};
     status.read_until = drivers::TimePoint{age};
-    const json::object told = stream_json(
+    const json::object reported = stream_json(
         status, {},
         {.streaming = trouble.empty(), .age = age, .refused = "", .trouble = trouble, .model_id = ""});
-    return std::string{told.at("reason").as_string()};
+    return std::string{reported.at("reason").as_string()};
   };
   EXPECT_THAT(reason(4ms, ""), HasSubstr("as soon as the arm stands"));
   EXPECT_THAT(reason(1s, ""), HasSubstr("has sent no RSI packet for 1.0 s"));
@@ -471,8 +471,8 @@ TEST(StreamJson, SaysOfAControllerThatIsSilentThatItIsBeforeWhatIsNotKnownOfIt) 
 }
 
 TEST(StreamJson, ShowsNothingOfTheRobotThatIsNotKnown) {
-  const json::object told = stream_json({}, {}, {.robot = {.program = "active", .unknown = "refused"}});
-  const json::object& robot = told.at("robot").as_object();
+  const json::object reported = stream_json({}, {}, {.robot = {.program = "active", .unknown = "refused"}});
+  const json::object& robot = reported.at("robot").as_object();
   for (const char* key : {"mode", "override_percent", "emergency_stop", "gate_open"})
     EXPECT_TRUE(robot.at(key).is_null()) << key;
   EXPECT_EQ(robot.at("program"), "active");

@@ -74,7 +74,7 @@ TEST_F(ToolServiceTest, ACampaignMeasuresAToolByTheActiveModel) {
   measure();
   const json::value found = *call("campaign.get");
   EXPECT_EQ(found.at_pointer("/campaign/kind"), "tool");
-  EXPECT_THAT(told(control::Topic::Campaign),
+  EXPECT_THAT(event_data(control::Topic::Campaign),
               Each(ResultOf([](const auto& it) { return it.at("kind"); }, "tool")));
   EXPECT_EQ(found.at_pointer("/campaign/state"), "done");
   EXPECT_EQ(found.at("points_total"), 10);
@@ -201,7 +201,7 @@ TEST_F(ToolServiceTest, AForgedFrameThatItsReadingsDoNotGiveIsNotCorrected) {
   const Eigen::Isometry3d X =
       config::parse_tool(std::string{json::parse(document_of_tool()).at("yaml").as_string()}, "tool",
                          config.robot.model)
-          .X_told;
+          .X_controller;
   change_tool("frame: {x: " + config::format_number(X.translation().x()), "frame: {x: 62");
   ASSERT_TRUE(finish(cell.load_tools()));
   EXPECT_THAT(refused("targets.compensate", {{"poses", {{1500, 0, 1200, 0, 90, 0}}}, {"tool", 3}}),
@@ -240,9 +240,9 @@ TEST_F(ToolServiceTest, AToolWhoseReadingsContradictEachOtherCannotBeUsed) {
     params["kind"] = "tool";
     params["number"] = 3;
     co_await ask("campaign.start", params);
-    while (told(control::Topic::Measurement).size() < 5) co_await pass(1s);
+    while (event_data(control::Topic::Measurement).size() < 5) co_await pass(1s);
     mock.put_reflector(kTcp_mm + Eigen::Vector3d(15, 0, 0));
-    while (told(control::Topic::Measurement).size() < 6) co_await pass(1s);
+    while (event_data(control::Topic::Measurement).size() < 6) co_await pass(1s);
     mock.put_reflector(kTcp_mm);
     co_await campaign_ended();
   });

@@ -326,7 +326,7 @@ TEST_F(AuditTrailTest, OwesWhatTheDiskDoesNotTakeAndWritesItBeforeWhatFollows) {
     for (std::uint64_t number : {2U, 3U}) {
       const AuditTrail::Taken taken = trail.take({{"method", std::to_string(number)}});
       EXPECT_EQ(taken.number, number);
-      EXPECT_THAT(taken.why_owed, HasSubstr("File too large"));
+      EXPECT_THAT(taken.why_pending, HasSubstr("File too large"));
     }
     EXPECT_FALSE(trail.append({{"method", "not done"}}));
   }

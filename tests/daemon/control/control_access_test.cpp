@@ -163,7 +163,7 @@ TEST_F(ControlAccess, RevokesAsSoonAsTheFileCanBeReadAgain) {
   {
     const NoMoreFiles none;
     EXPECT_THAT(list.refresh().error(), HasSubstr("cannot be read: Too many open files"));
-    EXPECT_FALSE(list.refresh().value()) << "told twice";
+    EXPECT_FALSE(list.refresh().value()) << "reported twice";
     EXPECT_FALSE(list.entries().entries.empty());
   }
   EXPECT_TRUE(list.refresh().value());

@@ -17,7 +17,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// Does whatever it is told, and counts it.
+/// Executes every command, and counts them.
 class CountingCell : public CellService {
  public:
   std::vector<std::string> methods() const override {
@@ -341,7 +341,7 @@ TEST_F(ControlCommands, OfBeforeARestartAreJudgedByTheLastOneOfTheirId) {
     EXPECT_EQ(chef->code("model.activate", once), -32004);
   }
   end_server();
-  EXPECT_EQ(session(serve(), "Chef")->code("model.activate", once), -32004) << "it was refused: tried anew";
+  EXPECT_EQ(session(serve(), "Chef")->code("model.activate", once), -32004) << "it was refused: tried again";
   EXPECT_EQ(calls().size(), 3U);
 }
 

@@ -1,4 +1,4 @@
-// Greeting, heartbeat, and calls that go on by themselves.
+// Greeting, heartbeat, and calls that continue by themselves.
 #include <gmock/gmock.h>
 
 #include "tests/daemon/control_fixture.hpp"
@@ -82,10 +82,10 @@ TEST_F(ControlJobs, AreAnsweredAtOnceAndLetTheConnectionGoOn) {
   const Reply begun = anna->call("campaign.start", {{"job", true}});
   const std::string id = begun.result->at("job").as_string().c_str();
   cell_.started.get_future().wait();
-  const Notification told = anna->notification();
-  EXPECT_EQ(told.method, "job");
-  EXPECT_EQ(told.params.at("id").as_string(), id);
-  EXPECT_EQ(told.params.at("doing").as_string(), "nothing");
+  const Notification notification_of_job = anna->notification();
+  EXPECT_EQ(notification_of_job.method, "job");
+  EXPECT_EQ(notification_of_job.params.at("id").as_string(), id);
+  EXPECT_EQ(notification_of_job.params.at("doing").as_string(), "nothing");
   EXPECT_EQ(anna->call("cell.status").result->at("by").as_string(), "Anna");
   EXPECT_EQ(state(*anna->call("job.get", {{"id", id}}).result), "running");
 
@@ -120,11 +120,12 @@ TEST_F(ControlJobs, FailAsTheirCallsDo) {
   serve();
   const auto anna = session("Anna");
   const std::string id = anna->call("model.get", {{"job", true}}).result->at("job").as_string().c_str();
-  Notification told = anna->notification();
-  while (state(told.params) == "running") told = anna->notification();
-  EXPECT_EQ(state(told.params), "failed");
-  EXPECT_EQ(told.params.at("error").at("code").as_int64(), -32603);
-  EXPECT_THAT(std::string{told.params.at("error").at("message").as_string()}, HasSubstr("no such luck"));
+  Notification notification_of_job = anna->notification();
+  while (state(notification_of_job.params) == "running") notification_of_job = anna->notification();
+  EXPECT_EQ(state(notification_of_job.params), "failed");
+  EXPECT_EQ(notification_of_job.params.at("error").at("code").as_int64(), -32603);
+  EXPECT_THAT(std::string{notification_of_job.params.at("error").at("message").as_string()},
+              HasSubstr("no such luck"));
   EXPECT_EQ(anna->code("campaign.start", {{"job", 1}}), -32602);
   EXPECT_EQ(anna->code("session.ping", {{"job", true}}), -32602) << "nothing that takes long";
 }
@@ -140,9 +141,9 @@ TEST_F(ControlJobs, AreNoWayAroundRolesAndControl) {
   owner.hello();
   EXPECT_EQ(owner.code("control.acquire"), 0);
   EXPECT_EQ(eve->code("campaign.start", {{"job", true}}), 0);
-  Notification told = eve->notification();
-  while (state(told.params) == "running") told = eve->notification();
-  EXPECT_EQ(told.params.at("error").at("code").as_int64(), -32008);
+  Notification notification_of_job = eve->notification();
+  while (state(notification_of_job.params) == "running") notification_of_job = eve->notification();
+  EXPECT_EQ(notification_of_job.params.at("error").at("code").as_int64(), -32008);
 }
 
 TEST_F(ControlJobs, EndWithTheServer) {

@@ -3,7 +3,7 @@
 #include <random>
 
 #include "daemon/control/acceptor.hpp"
-#include "daemon/control/wrong_guesses.hpp"
+#include "daemon/control/failed_logins.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/schema.hpp"
 #include "proto/control/session_proof.hpp"
@@ -73,23 +73,23 @@ TEST_F(ControlServerTest, AnswersAPeerThatGuessesTokensLateAndLetsTheRightTokenI
   EXPECT_EQ(Client::code_of(Client{port}.hello()), 0);  // at once: time does not pass here
 }
 
-TEST(WrongGuesses, AreForgottenAfterTheWindowAndOfVeryManyPeersTheOldest) {
-  WrongGuesses guesses{60s};
+TEST(FailedLogins, AreForgottenAfterTheWindowAndOfVeryManyPeersTheOldest) {
+  FailedLogins failed_logins{60s};
   const drivers::TimePoint begin{};
-  guesses.count("::1", begin);
-  guesses.count("::1", begin + 30s);
-  EXPECT_EQ(guesses.of("::1", begin + 59s), 2U);
-  EXPECT_EQ(guesses.of("::1", begin + 60s), 1U);
-  EXPECT_EQ(guesses.of("::2", begin + 60s), 0U);
-  EXPECT_EQ(guesses.peers(), 1U) << "who only asked is remembered";
-  EXPECT_EQ(guesses.of("::1", begin + 90s), 0U);
-  EXPECT_EQ(guesses.peers(), 0U);
-  for (std::size_t i = 0; i < WrongGuesses::kMostPeers; ++i)
-    guesses.count(std::to_string(i), begin + 90s + std::chrono::milliseconds{i});
-  guesses.count("one more", begin + 92s);
-  EXPECT_EQ(guesses.peers(), WrongGuesses::kMostPeers);
-  EXPECT_EQ(guesses.of("0", begin + 92s), 0U);
-  EXPECT_EQ(guesses.of("1", begin + 92s), 1U);
+  failed_logins.count("::1", begin);
+  failed_logins.count("::1", begin + 30s);
+  EXPECT_EQ(failed_logins.of("::1", begin + 59s), 2U);
+  EXPECT_EQ(failed_logins.of("::1", begin + 60s), 1U);
+  EXPECT_EQ(failed_logins.of("::2", begin + 60s), 0U);
+  EXPECT_EQ(failed_logins.peers(), 1U) << "who only asked is remembered";
+  EXPECT_EQ(failed_logins.of("::1", begin + 90s), 0U);
+  EXPECT_EQ(failed_logins.peers(), 0U);
+  for (std::size_t i = 0; i < FailedLogins::kMostPeers; ++i)
+    failed_logins.count(std::to_string(i), begin + 90s + std::chrono::milliseconds{i});
+  failed_logins.count("one more", begin + 92s);
+  EXPECT_EQ(failed_logins.peers(), FailedLogins::kMostPeers);
+  EXPECT_EQ(failed_logins.of("0", begin + 92s), 0U);
+  EXPECT_EQ(failed_logins.of("1", begin + 92s), 1U);
 }
 
 TEST_F(ControlServerTest, LetsTheRightTokenInHoweverManyConnectionsStandAndGuess) {
@@ -128,7 +128,7 @@ TEST_F(ControlServerTest, LeavesPlacesToOtherPeers) {
   EXPECT_EQ(local.code("session.hello", {{"protocol", 1}}), 0);
 }
 
-TEST_F(ControlServerTest, LeavesPlacesToOtherPeersWhereOneIsToldWhyItsConnectionsAreClosed) {
+TEST_F(ControlServerTest, LeavesPlacesToOtherPeersWhereOneGetsTheReasonOfItsClosedConnections) {
   const auto port = serve({.sessions = 2, .guests_of_peer = 2});
   std::vector<std::unique_ptr<Client>> crowd;
   for (int i = 0; i < 12; ++i) {
@@ -368,7 +368,7 @@ TEST_F(ControlServerTest, ReplaysWhatAClientMissed) {
                    .as_bool());
 }
 
-TEST_F(ControlServerTest, ReplaysWhatADaemonBeforeThisOneToldAndThenGoesOn) {
+TEST_F(ControlServerTest, ReplaysEventsOfTheDaemonBeforeThisOneAndThenContinues) {
   archive_.gaps = {{1, 899, "older than is kept"}};
   for (std::uint64_t seq = 901; seq <= 907; ++seq)
     archive_.kept.push_back({seq, "t", seq == 904 ? Topic::Log : Topic::Fault, R"({"text":"x"})"});

@@ -231,7 +231,7 @@ TEST_F(ControlTls, TakesANewCertificateAsSoonAsItCanBeRead) {
   {
     const NoMoreFiles none;
     EXPECT_THAT(identity.refresh().error(), HasSubstr("Too many open files"));
-    EXPECT_FALSE(identity.refresh().value()) << "told twice";
+    EXPECT_FALSE(identity.refresh().value()) << "reported twice";
   }
   EXPECT_EQ(identity.certificate().name, "daemon");
   EXPECT_TRUE(identity.refresh().value());

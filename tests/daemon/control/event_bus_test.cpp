@@ -73,7 +73,7 @@ TEST(EventBus, GivesASlowReaderTheNewestOfWhatGoesOnAndEveryAlarm) {
   const EventBus::Taken first = reader->take(2);
   EXPECT_THAT(numbers(first), ElementsAre(1, 13));
   EXPECT_THAT(first.dropped, ElementsAre(testing::Pair(Topic::Log, 11)));
-  EXPECT_THAT(reader->take(2).dropped, IsEmpty()) << "told once";
+  EXPECT_THAT(reader->take(2).dropped, IsEmpty()) << "reported once";
 }
 
 TEST(EventBus, DropsNothingOfWhatAClientThatComesBackAsksFor) {
@@ -101,7 +101,8 @@ TEST(EventBus, TellsAReaderThatItFellBehindWhereTooManyAlarmsAreOwed) {
   EventBus bus{{.first = 1, .end = 100'000, .request_more = {}}, kEpoch};
   const auto fault_reader = bus.subscribe({Topic::Fault}, 0, [] {});
   const auto log_reader = bus.subscribe({Topic::Log}, 0, [] {});
-  for (std::size_t i = 0; i < EventBus::kKept + EventBus::kMostOwed; ++i) bus.publish(Topic::Fault, kNothing);
+  for (std::size_t i = 0; i < EventBus::kKept + EventBus::kMaxPending; ++i)
+    bus.publish(Topic::Fault, kNothing);
   EXPECT_FALSE(fault_reader->fell_behind());
   bus.publish(Topic::Fault, kNothing);
   EXPECT_TRUE(fault_reader->fell_behind());

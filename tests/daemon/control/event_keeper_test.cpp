@@ -41,7 +41,7 @@ struct InPlace final : Worker {
   }
 };
 
-/// An archive that can be told to take nothing.
+/// An archive that can be set to accept nothing.
 struct Stubborn final : EventArchive {
   explicit Stubborn(Store& kept) : store{kept} {}
   StoreResult<void> keep_events(const EventBatch& batch) override {
@@ -92,7 +92,7 @@ struct Life {
     for (;;) {
       if (const auto missed = reader->missed()) {
         const EventPage page = archive.events(missed->topics, missed->first, missed->end).value();
-        reader->go_on_from(page.next);
+        reader->resume_from(page.next);
         for (const KeptEvent& event : page.events)
           lines.push_back(control::encode_event_text(event.seq, event.time, event.topic, event.data));
         continue;
@@ -135,14 +135,14 @@ struct EventKeeperTest : testing::Test {
 };
 
 TEST_F(EventKeeperTest, AClientGetsWhatItMissedOverARestartInOrderWithoutGapOrRepeat) {
-  std::vector<std::string> told;
+  std::vector<std::string> before_restart;
   {
     Life before{file};
     before.publish(6'000);
     before.pass(2s);
     before.publish(10, Topic::Fault);
-    told = before.read(5'000);
-    ASSERT_THAT(told, SizeIs(1'010));
+    before_restart = before.read(5'000);
+    ASSERT_THAT(before_restart, SizeIs(1'010));
     before.end_in_order();
   }
   Life after{file};
@@ -150,7 +150,7 @@ TEST_F(EventKeeperTest, AClientGetsWhatItMissedOverARestartInOrderWithoutGapOrRe
   after.publish(3, Topic::Fault);
   const std::vector<std::string> lines = after.read(5'000);
   ASSERT_THAT(lines, SizeIs(1'013));
-  EXPECT_TRUE(std::equal(told.begin(), told.end(), lines.begin())) << "to the letter";
+  EXPECT_TRUE(std::equal(before_restart.begin(), before_restart.end(), lines.begin())) << "to the letter";
   EXPECT_THAT(numbers({lines.end() - 3, lines.end()}), ElementsAre(100'001, 100'002, 100'003));
   EXPECT_THAT(after.read(5'000, {Topic::Fault}), SizeIs(13));
 }
@@ -168,7 +168,7 @@ TEST_F(EventKeeperTest, WhatPassesIsNotKept) {
   EXPECT_THAT(numbers(after.read(0)), ElementsAre(2));
 }
 
-TEST_F(EventKeeperTest, WhatADaemonThatWasKilledHadWrittenIsGivenAndTheRestIsTold) {
+TEST_F(EventKeeperTest, WhatADaemonThatWasKilledHadWrittenIsGivenAndTheRestIsReported) {
   {
     Life before{file};
     before.publish(5);
@@ -204,7 +204,7 @@ TEST_F(EventKeeperTest, AStoreThatTakesNothingCostsNoEventOfThoseWhoAreThereNorO
   EXPECT_THAT(life.read(0), SizeIs(10'000));
 }
 
-TEST_F(EventKeeperTest, WhatIsTooMuchToWaitForAStoreIsGivenUpAndTold) {
+TEST_F(EventKeeperTest, WhatIsTooMuchToWaitForAStoreIsDroppedAndReported) {
   Life life{file};
   life.archive.refuses = true;
   constexpr int kLost = 100;
@@ -232,7 +232,7 @@ TEST_F(EventKeeperTest, AReaderThatCatchesUpIsNotTooSlowAndGetsWhatCameMeanwhile
   std::uint64_t seen = 0;
   for (auto missed = reader->missed(); missed; missed = reader->missed()) {
     const EventPage page = life.store.events(missed->topics, missed->first, missed->end).value();
-    reader->go_on_from(page.next);
+    reader->resume_from(page.next);
     seen += page.events.size();
   }
   for (auto lines = reader->take(64).lines; !lines.empty(); lines = reader->take(64).lines)
@@ -240,7 +240,7 @@ TEST_F(EventKeeperTest, AReaderThatCatchesUpIsNotTooSlowAndGetsWhatCameMeanwhile
   EXPECT_EQ(seen, 12'000U);
 }
 
-TEST_F(EventKeeperTest, EventsOfMoreThan90DaysAgoAreForgottenAndTold) {
+TEST_F(EventKeeperTest, EventsOfMoreThan90DaysAgoAreDroppedAndReported) {
   {
     Life before{file};
     before.publish(5);

@@ -79,7 +79,7 @@ TEST(IpocSequence, ForgetsADamagedStampWhenTheSessionGoesOn) {
   EXPECT_FALSE(sequence.bears_out(508));
 }
 
-TEST(IpocSequence, GoesOnWhereACounterOf32BitsBeginsAnew) {
+TEST(IpocSequence, ContinuesWhereACounterOf32BitsOverflows) {
   const std::uint64_t full = std::uint64_t{1} << 32;
   const IpocSequence sequence = session_until(full - 2);
   const auto next = sequence.place(2);

@@ -105,7 +105,7 @@ std::vector<MovingArm> moving_arms() {
   return arms;
 }
 
-std::string told(const MovingArm& arm) {
+std::string described(const MovingArm& arm) {
   std::ostringstream text;
   text << "legs of " << arm.leg_cycles << " cycles, " << arm.lag_cycles << " cycles of lag that swings by "
        << arm.lag_swings_by << ", " << arm.dead_cycles << " dead, friction " << arm.friction_deg << " deg, "
@@ -116,7 +116,7 @@ std::string told(const MovingArm& arm) {
 
 TEST(AStreamToAMovingArm, FindsWithinTwoSecondsThatItsCorrectionsDoNothingWhileTheArmMovesAtFullSpeed) {
   for (MovingArm arm : moving_arms()) {
-    SCOPED_TRACE(told(arm));
+    SCOPED_TRACE(described(arm));
     arm.takes_corrections = false;  // the names differ: nothing of the correction arrives
     StreamRig rig;
     arm.stand_at_start(rig);
@@ -134,9 +134,9 @@ TEST(AStreamToAMovingArm, FindsWithinTwoSecondsThatItsCorrectionsDoNothingWhileT
   }
 }
 
-TEST(AStreamToAMovingArm, MeasuresTheCorrectionBesideTheOneThatItSendsAndAcceptsAnyLag) {
+TEST(AStreamToAMovingArm, MeasuresTheCorrectionInEffectAndAcceptsAnyLag) {
   for (MovingArm arm : moving_arms()) {
-    SCOPED_TRACE(told(arm));
+    SCOPED_TRACE(described(arm));
     StreamRig rig;
     arm.stand_at_start(rig);
     rig.cycle->use_model(kFarOff, 1);
@@ -160,7 +160,7 @@ TEST(AStreamToAMovingArm, AccusesNoHealthyArmAfterAnEmergencyStopThatWasAcknowle
   int frozen = 0;
   for (MovingArm arm : moving_arms()) {
     if (arm.lag_cycles + static_cast<double>(arm.dead_cycles) == 0) continue;  // it is nowhere else when held
-    SCOPED_TRACE(told(arm));
+    SCOPED_TRACE(described(arm));
     StreamRig rig;
     arm.stand_at_start(rig);
     rig.cycle->use_model(kFarOff, 1);

@@ -181,7 +181,7 @@ TEST(Plant, RestartsWithNothingInForceWhereTheArmStands) {
   EXPECT_EQ(plant.in_force_deg(), all(0));
 }
 
-TEST(Plant, RestartsAtAnotherTimeStampWhereItIsToldTo) {
+TEST(Plant, RestartsAtAnotherTimeStampOnRequest) {
   Plant plant{{}};
   answered(plant, kStart, all(1));
   plant.restart_session({.pause_cycles = 3, .ipoc = 1000});

@@ -84,7 +84,7 @@ TEST_F(ARestartedStream, StaysSilentWhileTheArmMovesAndNothingIsKnown) {
     EXPECT_EQ(rig.tick({.datagram_lost = i == 50}), "");
   }
   EXPECT_GT(rig.largest_applied_deg(), 1);
-  EXPECT_EQ(rig.status().counters.lost, 1) << "told although nothing is answered";
+  EXPECT_EQ(rig.status().counters.lost, 1) << "counted although nothing is answered";
 }
 
 TEST_F(ARestartedStream, DoesNotBelieveAPageThatIsNotWhole) {

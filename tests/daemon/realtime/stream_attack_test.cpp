@@ -22,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-std::vector<std::string> told(StreamCycle& cycle, StreamEventKind kind) {
+std::vector<std::string> events_of(StreamCycle& cycle, StreamEventKind kind) {
   std::vector<std::string> lines;
   for (StreamEvent event; cycle.next_event(event);) {
     if (event.kind == kind) lines.push_back(describe(event));
@@ -51,7 +51,7 @@ TEST(AStreamUnderAttack, IsNotLedAnywhereByTwoForgedDatagramsOfAnotherAddress) {
   EXPECT_EQ(rig.applied, before);
   EXPECT_EQ(rig.status().counters.unexpected_sender, 2u);
   EXPECT_EQ(rig.status().counters.sessions, 1u);
-  EXPECT_THAT(told(*rig.cycle, StreamEventKind::Foreign),
+  EXPECT_THAT(events_of(*rig.cycle, StreamEventKind::Foreign),
               testing::ElementsAre(HasSubstr("packets of 127.0.0.2:40000 are dropped")))
       << "named once";
 }
@@ -89,7 +89,7 @@ TEST(AStreamUnderAttack, ChangesNothingByMoreThanAStepForThousandsOfStrangers) {
   for (std::uint32_t i = 0; i < 5000; ++i) rig.send(rig.datagram(), {0x0a000000 + i, 1});
   rig.ticks(5);
   EXPECT_EQ(rig.state(), StreamState::Active);
-  EXPECT_LE(told(*rig.cycle, StreamEventKind::Foreign).size(), 8u) << "who floods does not fill the log";
+  EXPECT_LE(events_of(*rig.cycle, StreamEventKind::Foreign).size(), 8u) << "who floods does not fill the log";
 }
 
 TEST(AStreamUnderAttack, KeepsItsCorrectionOverALinkThatFlapsWhileTheArmLagsByExactlyThat) {
@@ -102,7 +102,7 @@ TEST(AStreamUnderAttack, KeepsItsCorrectionOverALinkThatFlapsWhileTheArmLagsByEx
   EXPECT_GT(rig.largest_applied_deg(), 1);
 }
 
-TEST(AStreamUnderAttack, KeepsItsCorrectionOverAGapLongerThanTheTimeoutThatItWasTold) {
+TEST(AStreamUnderAttack, KeepsItsCorrectionOverAGapLongerThanItsTimeout) {
   StreamRig rig;  // timeout_cycles 100; the controller's may be longer
   correct(rig);
   for (int lost = 0; lost < 137; ++lost) rig.tick({.datagram_lost = true});
@@ -128,7 +128,7 @@ TEST(AStreamUnderAttack, TakesAnAcknowledgementOfAControllerThatSendsNothingAnyM
   rig.ticks(1000);
   ASSERT_EQ(rig.state(), StreamState::Frozen);
   rig.cycle->acknowledge();
-  rig.cycle->nothing_came(drivers::TimePoint{});
+  rig.cycle->on_no_datagram(drivers::TimePoint{});
   EXPECT_EQ(rig.status().fault, StreamFault::None);
   EXPECT_NE(rig.state(), StreamState::Frozen);
 }
@@ -151,14 +151,15 @@ void fall_silent(StreamRig& rig) {
   rig.delay += kCycles;
 }
 
-TEST(AStreamUnderAttack, MustBeStartedAnewAfterTheControllerFellSilent) {
+TEST(AStreamUnderAttack, MustBeRestartedAfterTheControllerStoppedSending) {
   StreamRig rig;
   correct(rig);
   fall_silent(rig);
   rig.ticks(2 * kRampCycles);
   EXPECT_EQ(rig.state(), StreamState::Idle);
   EXPECT_TRUE(rig.applied.isZero(0));
-  EXPECT_THAT(told(*rig.cycle, StreamEventKind::Disarmed), testing::ElementsAre(HasSubstr("started again")));
+  EXPECT_THAT(events_of(*rig.cycle, StreamEventKind::Disarmed),
+              testing::ElementsAre(HasSubstr("started again")));
   rig.cycle->engage();
   rig.ticks(kRampCycles + 2);
   EXPECT_EQ(rig.state(), StreamState::Active);
@@ -252,21 +253,22 @@ TEST(AStreamUnderAttack, ShowsTheFirstFrameOfASessionThatItDidNotUnderstand) {
   rig.settle();
   rig.send("<Rob Type=\"KUKA\"><ASPos A1=\"1\"/><IPOC>" + std::to_string(rig.ipoc + 4) + "</IPOC></Rob>");
   EXPECT_THAT(
-      told(*rig.cycle, StreamEventKind::Malformed),
+      events_of(*rig.cycle, StreamEventKind::Malformed),
       testing::ElementsAre(testing::AllOf(HasSubstr("127.0.0.1:40000"), HasSubstr("ASPos.A2 is missing"),
                                           HasSubstr("it begins `<Rob Type=\"KUKA\"><ASPos A1=\"1\"/>"))));
 }
 
-TEST(AStreamUnderAttack, ShowsWhatIsNotUnderstoodAnewAfterAPause) {
+TEST(AStreamUnderAttack, ShowsWhatIsNotUnderstoodAgainAfterAPause) {
   StreamRig rig;
-  const auto told_of = [&rig](const std::string& bytes) {
+  const auto malformed_events_of = [&rig](const std::string& bytes) {
     rig.send(bytes);
-    return told(*rig.cycle, StreamEventKind::Malformed);
+    return events_of(*rig.cycle, StreamEventKind::Malformed);
   };
-  EXPECT_THAT(told_of("<Rob><IPOC>4</IPOC></Rob>"), testing::ElementsAre(HasSubstr("ASPos is missing; it")));
-  EXPECT_THAT(told_of("<Rob><IPOC>8</IPOC></Rob>"), testing::IsEmpty());
+  EXPECT_THAT(malformed_events_of("<Rob><IPOC>4</IPOC></Rob>"),
+              testing::ElementsAre(HasSubstr("ASPos is missing; it")));
+  EXPECT_THAT(malformed_events_of("<Rob><IPOC>8</IPOC></Rob>"), testing::IsEmpty());
   rig.pass(2s);  // somebody loads another configuration, and another wrong one
-  EXPECT_THAT(told_of("<Rab><IPOC>12</IPOC></Rab>"),
+  EXPECT_THAT(malformed_events_of("<Rab><IPOC>12</IPOC></Rab>"),
               testing::ElementsAre(HasSubstr("not of the kind <Rob>")));
 }
 
@@ -278,7 +280,7 @@ TEST(AStreamUnderAttack, ShowsThePlaceOfAnElementThatItCannotReadAndGoesOnWithou
   bad.replace(bad.find(" A6=", bad.find("<AIPos")), 4, " B6=");
   EXPECT_NE(rig.send(bad), "");
   EXPECT_EQ(rig.status().counters.partly_read, 1u);
-  EXPECT_THAT(told(*rig.cycle, StreamEventKind::PartlyRead),
+  EXPECT_THAT(events_of(*rig.cycle, StreamEventKind::PartlyRead),
               testing::ElementsAre(testing::AllOf(HasSubstr("can be read in part alone"),
                                                   HasSubstr("AIPos.A6 is missing (at byte"),
                                                   HasSubstr("there it reads `"), HasSubstr(" B6="))));

@@ -138,7 +138,7 @@ TEST(StreamCycle, KeepsTheTimeOfItsRampsAtTwelveMilliseconds) {
   EXPECT_EQ(rig.state(), StreamState::Active) << "after a second, 83 cycles";
 }
 
-TEST(StreamCycle, RefusesToCorrectAtAnotherCycleThanItWasTold) {
+TEST(StreamCycle, RefusesToCorrectAtAnotherCycleThanConfigured) {
   StreamRig rig;
   rig.step = 12;
   rig.cycle->use_model(real_arm(), 1);

@@ -47,7 +47,7 @@ TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAS
   EXPECT_GT(sum.greatest_step, 0.9) << "the histories ask for no speed";
 }
 
-/// With restarts of simulator, daemon and machine, repeated and lost frames, and corrections in force that
+/// With restarts of simulator, daemon and machine, repeated and lost frames, and corrections in effect that
 /// the arm does not show yet.
 TEST(StreamHistories, OfSimulatorsThatWaitForAReplyNeverMoveAnAxisByMoreThanAStepEither) {
   StreamHistory sum;

@@ -20,7 +20,7 @@ constexpr drivers::TimePoint t0{};
 class StreamLogTest : public testing::Test {
  protected:
   std::vector<std::string> said() { return std::exchange(lines_, {}); }
-  /// What the log says of everything that the cycle told since the last call.
+  /// The log lines of all events of the cycle since the last call.
   std::vector<std::string> said_by(StreamCycle& cycle, drivers::TimePoint now) {
     for (StreamEvent event; cycle.next_event(event);) log_.take(event, now);
     log_.pass(cycle.dropped_events(), now);
@@ -82,7 +82,7 @@ TEST_F(StreamLogTest, CountsTheEventsForWhichTheRingHadNoRoom) {
   EXPECT_THAT(said(), IsEmpty());
 }
 
-TEST_F(StreamLogTest, TellsTheStoryOfAControllerThatIsStartedAnew) {
+TEST_F(StreamLogTest, LogsTheStoryOfAControllerThatRestarts) {
   StreamRig rig;
   rig.ticks(3);
   EXPECT_THAT(

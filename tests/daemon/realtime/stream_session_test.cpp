@@ -93,7 +93,7 @@ TEST(StreamSession, DoesNotAnswerAnIpocThatComesTooLate) {
   EXPECT_EQ(rig.status().counters.sessions, 1u);
 }
 
-TEST(StreamSession, BeginsAtZeroAndRampsInAgainWhenTheControllerStartsAnew) {
+TEST(StreamSession, BeginsAtZeroAndRampsInAgainWhenTheControllerRestarts) {
   for (const std::uint64_t new_ipoc : {std::uint64_t{100}, std::uint64_t{8'000'000}}) {
     StreamRig rig;
     engage(rig);
@@ -106,7 +106,7 @@ TEST(StreamSession, BeginsAtZeroAndRampsInAgainWhenTheControllerStartsAnew) {
   }
 }
 
-TEST(StreamSession, KnowsByTheAxesThatTheControllerBeganAnewAfterAShortSilence) {
+TEST(StreamSession, KnowsByTheAxesThatTheControllerRestartedAfterAShortGap) {
   StreamRig rig;
   engage(rig, real_arm(4));
   rig.restart(rig.ipoc + 4 * 50);
@@ -115,7 +115,7 @@ TEST(StreamSession, KnowsByTheAxesThatTheControllerBeganAnewAfterAShortSilence) 
   EXPECT_LT(rig.largest_applied_deg(), 0.001);
 }
 
-TEST(StreamSession, KnowsByTheCountOfMissedRepliesThatTheControllerBeganAnewWhereTheAxesCannotTell) {
+TEST(StreamSession, KnowsByTheCountOfMissedRepliesThatTheControllerRestartedWhereTheAxesDoNotShowIt) {
   rsi::EthernetConfig config = ethernet_config();
   std::erase_if(config.send, [](const rsi::Element& element) { return element.tag == "DEF_ASPos"; });
   StreamRig rig{stream_options(), config};

@@ -12,11 +12,11 @@ namespace json = boost::json;
 using testing::HasSubstr;
 using namespace std::chrono_literals;
 
-/// Tool 3 as the tracker saw it, 1 mm beside where the controller has it.
-config::ToolFile tool_beside(const CalibratedCell& model) {
+/// Tool 3 as the tracker saw it, 1 mm off the controller's value.
+config::ToolFile displaced_tool(const CalibratedCell& model) {
   config::ToolFile tool{.number = 3, .arm = model.robot.name, .data = {.points = {{kOrigin, {}}}}};
-  tool.X_told.translation() = Eigen::Vector3d(40, -30, 250);
-  const Eigen::Vector3d p_F_mm = tool.X_told.translation() + Eigen::Vector3d(1, 0, 0);
+  tool.X_controller.translation() = Eigen::Vector3d(40, -30, 250);
+  const Eigen::Vector3d p_F_mm = tool.X_controller.translation() + Eigen::Vector3d(1, 0, 0);
   for (int i = 0; i < 10; ++i) {
     JointVector q(6);
     q << 0.1 * i, -1.4, 1.6, 0.2 * i, 0.8, -0.1 * i;
@@ -27,7 +27,7 @@ config::ToolFile tool_beside(const CalibratedCell& model) {
 }
 
 struct AToolInTheStream : AWatchedStream {
-  AToolInTheStream() { config.tools = {tool_beside(model)}; }
+  AToolInTheStream() { config.tools = {displaced_tool(model)}; }
   Wait activated() {
     json::object params;
     params["id"] = "m1";

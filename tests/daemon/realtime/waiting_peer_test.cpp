@@ -63,7 +63,7 @@ class WaitingSimulator {
     for (int i = 0; i < frames; ++i) answered += send();
     return answered;
   }
-  /// It is started again: another socket, nothing in force.
+  /// It is started again: another socket, nothing in effect.
   void restart(std::uint64_t ipoc = 0) {
     rig.pass(500ms);
     rig.ipoc = ipoc;
@@ -94,7 +94,7 @@ class WaitingSimulator {
   std::chrono::milliseconds patience_;
 };
 
-/// Corrects until all of it is in force.
+/// Corrects until all of it is in effect.
 void correct(WaitingSimulator& simulator) {
   simulator.rig.cycle->use_model(kFarOff, 1);
   simulator.rig.cycle->engage();

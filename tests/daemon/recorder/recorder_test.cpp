@@ -53,7 +53,7 @@ TEST(ARecordedStream, GivesTheRepliesOfItsCycleAndNeverAllocates) {
   EXPECT_GT(life.recorder.status().dropped, 0U);
 }
 
-TEST(ARecordedStream, IsRecordedByteByByteWithItsPeerAndWhatItWasTold) {
+TEST(ARecordedStream, IsRecordedByteByByteWithItsPeerAndItsCommands) {
   RecordedLife life;
   life.rig.settle();
   life.use_model(1);
@@ -115,7 +115,7 @@ TEST(ARecorder, CountsAndRecordsWhatItHadNoRoomFor) {
   EXPECT_THAT(texts_of(life.saved(), Kind::Dropped), ElementsAre("6"));
   life.recorder.tell(Wire::Tracker, Kind::Received, "small");
   life.recorder.drain();
-  EXPECT_THAT(texts_of(life.saved(), Kind::Dropped), ElementsAre("6")) << "told once";
+  EXPECT_THAT(texts_of(life.saved(), Kind::Dropped), ElementsAre("6")) << "reported once";
 }
 
 TEST(ARecorder, TellsHowMuchItHas) {

@@ -1,4 +1,4 @@
-// What the reports say of a calibration beside its errors and parameters.
+// Findings in the reports of a calibration, in addition to its errors and parameters.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

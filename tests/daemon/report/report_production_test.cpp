@@ -121,7 +121,7 @@ TEST(ReportProduction, HasNoSectionWhereNoProgramWasRecorded) {
 }
 
 TEST(ReportProduction, DrawsTheErrorsAsManyTimesAsLongAsItSays) {
-  // In the plane of the path, so that they are seen: 1.2 mm along y beside the way along x.
+  // In the plane of the path, where they are visible: 1.2 mm along y, off the path along x.
   const ProductionPath path = changed([](PathSample& sample) {
     sample.without_mm = sample.wanted_mm - Eigen::Vector3d{0, 1.2, 0};
   });

@@ -120,7 +120,7 @@ TEST(Report, HasNoHeadingOverNothing) {
   EXPECT_THAT(html, Not(HasSubstr("true value")));
 }
 
-TEST(Report, PutsTheTruthBesideTheIdentifiedValues) {
+TEST(Report, PutsTheTruthNextToTheIdentifiedValues) {
   const Rows rows = rows_of(parsed(render_html(full_document(30))), "parameters");
   // unit, nominal, value, deviation, sigma, status, truth, difference
   EXPECT_THAT(rows.at("Link 2/a"),

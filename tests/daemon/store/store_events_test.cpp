@@ -100,7 +100,7 @@ TEST_F(StoreEvents, WhatADaemonThatWasKilledMayNotHaveKeptIsAGap) {
   EXPECT_EQ(store.event_gaps(50, 60).value().front(), (EventGap{50, 59, gaps.front().reason}));
 }
 
-TEST_F(StoreEvents, OlderThanWantedAreForgottenAndToldAsAGapBeyondTheNewest) {
+TEST_F(StoreEvents, OlderThanWantedAreDroppedAndReportedAsAGapBeyondTheNewest) {
   Store store = open();
   constexpr std::uint64_t kFirst = 2'000, kNewest = 10'000;
   ASSERT_TRUE(store.begin_events(20'000));
@@ -124,7 +124,7 @@ TEST_F(StoreEvents, OlderThanWantedAreForgottenAndToldAsAGapBeyondTheNewest) {
   EXPECT_FALSE(store.prune_events(before).value());
 }
 
-TEST_F(StoreEvents, ManyGapsAreToldAsFewEnoughForALine) {
+TEST_F(StoreEvents, ManyGapsAreReportedAsFewEnoughForALine) {
   Store store = open();
   ASSERT_TRUE(store.begin_events(10'000));
   EventBatch batch{.events = {}, .gaps = {}, .through = 5'000};

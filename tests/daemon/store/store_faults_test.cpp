@@ -176,7 +176,7 @@ TEST_F(StoreFaults, ADiskThatIsFullAtAnyWriteLosesNothingAndIsGoneOnWith) {
       const Content before = content_of(store);
       disk.fail_after(at, FailingDisk::Fault::Full);
       const StoreResult<void> result = operation.run(store);
-      disk.mend();
+      disk.repair();
       if (result) continue;
       ++failed;
       EXPECT_TRUE(result.error().may_pass) << result.error().detail;
@@ -206,7 +206,7 @@ TEST_F(StoreFaults, ADiskThatFailsAtAnyChangeIsWrittenToAgainOnlyOnceItWasTried)
       const Content before = content_of(store);
       disk.fail_after(at, FailingDisk::Fault::Broken, 1);
       const StoreResult<void> result = operation.run(store);
-      disk.mend();
+      disk.repair();
       if (result) continue;
       ++failed;
       EXPECT_THAT(operation.run(store).error().detail, HasSubstr("check the disk"));
@@ -230,7 +230,7 @@ TEST_F(StoreFaults, ADiskThatFailsAtAnyChangeIsWrittenToAgainOnlyOnceItWasTried)
   EXPECT_GT(faults, 40);
 }
 
-TEST_F(StoreFaults, AFullDiskIsToldWhenItIsTriedAgain) {
+TEST_F(StoreFaults, AFullDiskIsReportedWhenItIsTriedAgain) {
   FailingDisk disk;
   Store store = open();
   ASSERT_TRUE(store.begin_campaign(campaign("c1")));
@@ -239,7 +239,7 @@ TEST_F(StoreFaults, AFullDiskIsToldWhenItIsTriedAgain) {
   const auto tried = store.try_again();
   ASSERT_FALSE(tried);
   EXPECT_TRUE(tried.error().may_pass);
-  disk.mend();
+  disk.repair();
   EXPECT_TRUE(store.try_again());
   EXPECT_TRUE(store.add_point("c1", point(1)));
 }
@@ -251,7 +251,7 @@ TEST_F(StoreFaults, TheStartOnADiskThatIsFullAtAnyWriteIsTriedAgain) {
     const auto store = Store::open(folder_.path() / "cell.db");
     if (store) break;
     EXPECT_TRUE(store.error().may_pass) << store.error().detail;
-    disk.mend();
+    disk.repair();
     const auto again = Store::open(folder_.path() / "cell.db");
     EXPECT_TRUE(again) << again.error().detail;
   }
@@ -338,7 +338,7 @@ TEST_F(StoreFaults, EveryAcknowledgedRecordOutlivesPowerCuts) {
         work_until_dark(disk, store, random, seen, life);
         disk.cut_power();
       }
-      disk.mend();
+      disk.repair();
       disk.restore_power();
       StoreResult<Store> store = Store::open(folder_.path() / "cell.db");
       ASSERT_TRUE(store) << store.error().detail;

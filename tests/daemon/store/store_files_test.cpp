@@ -119,7 +119,7 @@ TEST_F(StoreFiles, AreReadWhileADaemonHasThemAndNothingIsChanged) {
   EXPECT_EQ(names(), before);
 }
 
-TEST_F(StoreFiles, ACopyIsReadWhereNothingMayBeWrittenBesideIt) {
+TEST_F(StoreFiles, ACopyIsReadInAFolderThatIsNotWritable) {
   {
     Store store = filled(20);
     CampaignRecord ended = store.campaign("c1").value().value();
@@ -146,7 +146,7 @@ TEST_F(StoreFiles, WhatIsNoStoreIsNotRead) {
 }
 
 struct Restoring : StoreFiles {
-  /// A backup of a store that went on since, with a stream armed in both.
+  /// A backup of a store that continued since, with a stream armed in both.
   Restoring() {
     Store store = filled(10);
     EXPECT_TRUE(store.keep_armed("2026-01-01T00:00:00Z"));
@@ -266,7 +266,7 @@ TEST_F(Restoring, MakesAStoreWhereThereIsNone) {
   EXPECT_EQ(points_in(open(file)), 10U);
 }
 
-TEST(CorrectionMark, StandsBesideTheStoreFromTheFirstCorrectionOn) {
+TEST(CorrectionMark, LiesInTheStoresFolderFromTheFirstCorrectionOn) {
   const TempFolder folder;
   const std::filesystem::path store = folder.path() / "cell.store";
   EXPECT_FALSE(may_have_corrected(store));

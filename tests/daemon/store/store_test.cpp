@@ -106,7 +106,7 @@ TEST_F(StoreTest, IsWholeInItsFileAloneAtTheEndOfACampaign) {
   made.active = true;
   ASSERT_TRUE(store.end_campaign(ended, made));
 
-  // A copy as a person makes it, of the one file that they know of, while the daemon goes on.
+  // A copy as a person makes it, of the one file that they know of, while the daemon continues.
   std::filesystem::copy_file(file_, folder_.path() / "copy.db");
   StoreResult<Store> copy = Store::open(folder_.path() / "copy.db");
   ASSERT_TRUE(copy) << copy.error().detail;
@@ -353,7 +353,7 @@ TEST_F(StoreTest, KeepsThatNoTrackerReadAPointThatWasTouched) {
             "1");
   touched.purpose = PointPurpose::Identify;
   EXPECT_THAT(store.add_point("c1", touched).error().detail, HasSubstr("CHECK"))
-      << "an arm is seen, or not told";
+      << "the arm is reported, or unknown";
 }
 
 TEST_F(StoreTest, KnowsWhichModelWasActiveBefore) {

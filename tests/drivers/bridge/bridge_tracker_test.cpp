@@ -266,10 +266,10 @@ TEST_F(BridgeTrackerTest, PutsRightWhatAnotherProgramChanged) {
   fake.status.reflector = "SMR 1.5";
   expect_point();
   EXPECT_EQ(fake.status.reflector, "SMR 0.5");
-  const auto told = count("air");
+  const auto writes = count("air");
   fake.event(EventKind::SettingsChanged);
   expect_point();
-  EXPECT_EQ(count("air"), told + 1);
+  EXPECT_EQ(count("air"), writes + 1);
 }
 
 TEST_F(BridgeTrackerTest, RejectsAPointDuringWhichTheSettingsChanged) {
@@ -283,7 +283,7 @@ TEST_F(BridgeTrackerTest, RejectsAPointDuringWhichTheSettingsChanged) {
   expect_point();
 }
 
-TEST_F(BridgeTrackerTest, TellsTheAirAnewOnceItHasChanged) {
+TEST_F(BridgeTrackerTest, SendsTheAirAgainOnceItHasChanged) {
   ASSERT_TRUE(connect());
   expect_point();
   EXPECT_EQ(count("air"), 1);

@@ -11,16 +11,16 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-/// A driver that is told the air.
+/// A driver that gets the air.
 class EmsconAirTest : public EmsconTrackerTest {
  protected:
   EmsconAirTest() {
-    EmsconOptions told = options;
-    told.air = [this] { return air; };
-    driver.emplace(io.get_executor(), clock, told);
+    EmsconOptions with_air = options;
+    with_air.air = [this] { return air; };
+    driver.emplace(io.get_executor(), clock, with_air);
   }
-  auto connect_told() { return run(driver->connect({})); }
-  auto measure_told() { return run(driver->measure({})); }
+  auto connect_with_air() { return run(driver->connect({})); }
+  auto measure_with_air() { return run(driver->measure({})); }
   double index_of_adm() { return std::get<Refraction>(fake.kept[GetRefractionParams]).adm_index; }
 
   std::expected<Air, std::string> air = Air{20, 1013.25, 50};
@@ -28,7 +28,7 @@ class EmsconAirTest : public EmsconTrackerTest {
 };
 
 TEST_F(EmsconAirTest, TellsTheTrackerTheAirAndItsRefraction) {
-  const auto identity = connect_told();
+  const auto identity = connect_with_air();
   ASSERT_TRUE(identity) << identity.error().detail;
   EXPECT_EQ(fake.kept[GetEnvironmentParams], (Body{Environment{20, 1013.25, 50}}));
   // As Ciddor's equation has them for the phase at 633 nm and for the group at 795 nm.
@@ -45,41 +45,41 @@ TEST_F(EmsconAirTest, WritesAnIndexFarOffBeforeTheRightOneForTrackersThatIgnoreS
     fake.answer(SetRefractionParams);
     fake.kept[GetRefractionParams] = Refraction{wanted.ifm_index, kept};
   });
-  ASSERT_TRUE(connect_told());
+  ASSERT_TRUE(connect_with_air());
   air->temperature_c = 20.5;
-  ASSERT_TRUE(measure_told());
+  ASSERT_TRUE(measure_with_air());
   EXPECT_NEAR(index_of_adm(), 1.000274859 - 0.48e-6, 2e-8);
 }
 
 TEST_F(EmsconAirTest, WritesNewAirBeforeTheNextPoint) {
-  ASSERT_TRUE(connect_told());
+  ASSERT_TRUE(connect_with_air());
   const double before = index_of_adm();
-  ASSERT_TRUE(measure_told());
+  ASSERT_TRUE(measure_with_air());
   EXPECT_EQ(index_of_adm(), before);
   air->pressure_mbar = 963.25;
-  const auto point = measure_told();
+  const auto point = measure_with_air();
   ASSERT_TRUE(point) << point.error().detail;
   EXPECT_NEAR(index_of_adm() - before, -50 * 0.27e-6, 0.5e-6);
   EXPECT_EQ(fake.kept[GetEnvironmentParams], (Body{Environment{20, 963.25, 50}}));
 }
 
 TEST_F(EmsconAirTest, PutsItsAirBackWhereAnotherProgramHasChangedIt) {
-  ASSERT_TRUE(connect_told());
-  const double told = index_of_adm();
+  ASSERT_TRUE(connect_with_air());
+  const double index = index_of_adm();
   fake.kept[GetRefractionParams] = Refraction{1.0002, 1.0002};
   fake.script(GetMeasurementStatusInfo, [this] {
     fake.event(SystemEvent::RefractionChanged);
     fake.unscript(GetMeasurementStatusInfo);
     fake.answer(GetMeasurementStatusInfo, 0, fake.kept[GetMeasurementStatusInfo]);
   });
-  ASSERT_TRUE(measure_told());
-  EXPECT_EQ(index_of_adm(), told);
+  ASSERT_TRUE(measure_with_air());
+  EXPECT_EQ(index_of_adm(), index);
 }
 
 TEST_F(EmsconAirTest, MeasuresNothingWhileNobodyKnowsTheAir) {
-  ASSERT_TRUE(connect_told());
+  ASSERT_TRUE(connect_with_air());
   air = std::unexpected("air.yaml: was written 7200 s ago");
-  const auto point = measure_told();
+  const auto point = measure_with_air();
   expect_fault(point, TrackerFault::NotReady);
   EXPECT_THAT(point.error().detail, HasSubstr("air.yaml: was written 7200 s ago"));
   EXPECT_THAT(fake.commands, Not(Contains(StartMeasurement)));

@@ -80,7 +80,7 @@ TEST_F(EmsconFaceTest, TurnsOverNothingThatIsNotLocked) {
   EXPECT_THAT(fake.commands, Not(Contains(ChangeFace)));
 }
 
-TEST_F(EmsconFaceTest, AveragesOverTheTimeThatItIsToldFromTheNextMeasurementOn) {
+TEST_F(EmsconFaceTest, AveragesOverTheConfiguredTimeFromTheNextMeasurementOn) {
   ASSERT_TRUE(connect());
   tracker.average_over(std::chrono::seconds{6});
   EXPECT_EQ(fake.kept[GetStationaryModeParams], (Body{StationaryModeParams{1500, true}}));

@@ -95,31 +95,33 @@ TEST(BridgeMessages, AreAllInTheTablesOfTheirPage) {
 }
 
 /// The refusal of a request that cannot be carried out.
-Misasked misasked(std::string_view line) {
+BadRequestReply bad_request_reply(std::string_view line) {
   const auto request = decode_request(line);
   EXPECT_FALSE(request) << line;
-  return request ? Misasked{} : request.error();
+  return request ? BadRequestReply{} : request.error();
 }
 
 TEST(BridgeMessages, SayWhatIsWrongWithARequest) {
-  EXPECT_EQ(misasked("no JSON").refusal.meaning(), ErrorCode::BadRequest);
-  EXPECT_FALSE(misasked("no JSON").id);
-  EXPECT_FALSE(misasked(R"({"do": "ping"})").id);
-  EXPECT_FALSE(misasked(R"({"id": 0, "do": "ping"})").id);
-  EXPECT_FALSE(misasked(R"({"id": 1.5, "do": "ping"})").id);
-  EXPECT_FALSE(misasked(R"([1])").id);
+  EXPECT_EQ(bad_request_reply("no JSON").refusal.meaning(), ErrorCode::BadRequest);
+  EXPECT_FALSE(bad_request_reply("no JSON").id);
+  EXPECT_FALSE(bad_request_reply(R"({"do": "ping"})").id);
+  EXPECT_FALSE(bad_request_reply(R"({"id": 0, "do": "ping"})").id);
+  EXPECT_FALSE(bad_request_reply(R"({"id": 1.5, "do": "ping"})").id);
+  EXPECT_FALSE(bad_request_reply(R"([1])").id);
 
-  const Misasked unknown = misasked(R"({"id": 3, "do": "dance"})");
+  const BadRequestReply unknown = bad_request_reply(R"({"id": 3, "do": "dance"})");
   EXPECT_EQ(unknown.id, 3);
   EXPECT_EQ(unknown.refusal.meaning(), ErrorCode::NotOffered);
   EXPECT_THAT(unknown.refusal.text, HasSubstr("dance"));
 
-  const Misasked half = misasked(R"({"id": 4, "do": "aim", "x": 1, "y": 2, "z": 3, "timeout_ms": 5})");
+  const BadRequestReply half =
+      bad_request_reply(R"({"id": 4, "do": "aim", "x": 1, "y": 2, "z": 3, "timeout_ms": 5})");
   EXPECT_EQ(half.id, 4);
   EXPECT_EQ(half.refusal.meaning(), ErrorCode::BadRequest);
   EXPECT_THAT(half.refusal.text, HasSubstr("search_mm"));
-  EXPECT_THAT(misasked(R"({"id": 5, "do": "face", "face": 3})").refusal.text, HasSubstr("face"));
-  EXPECT_THAT(misasked(R"({"id": 6, "do": "measure", "time_ms": 1e99})").refusal.text, HasSubstr("time_ms"));
+  EXPECT_THAT(bad_request_reply(R"({"id": 5, "do": "face", "face": 3})").refusal.text, HasSubstr("face"));
+  EXPECT_THAT(bad_request_reply(R"({"id": 6, "do": "measure", "time_ms": 1e99})").refusal.text,
+              HasSubstr("time_ms"));
 }
 
 TEST(BridgeMessages, RefuseWhatNoBridgeSends) {

@@ -148,7 +148,7 @@ TEST_F(SimulatedBridge, EndsAMeasurementWhereTheBeamIsBroken) {
   expect_point();
 }
 
-TEST_F(SimulatedBridge, FindsAnotherReflectorWhereItIsToldTo) {
+TEST_F(SimulatedBridge, FindsAnotherReflectorOnRequest) {
   ASSERT_TRUE(run(tracker.connect(soon())));
   server.disturb({.stray_mm = Eigen::Vector3d{0, 40, 0}});
   ASSERT_TRUE(aim());

@@ -64,13 +64,13 @@ class Page:
         message = {"id": self._last, "method": method, "params": params} | self._session
         os.write(self._to, json.dumps(message).encode() + b"\0")
         while True:
-            told = self._next()
-            if told.get("id") == self._last:
-                return told["result"]
-            if told.get("method") == "Network.webSocketCreated":
+            message = self._next()
+            if message.get("id") == self._last:
+                return message["result"]
+            if message.get("method") == "Network.webSocketCreated":
                 self.sockets.append([])
-            if told.get("method") == "Network.webSocketFrameSent":
-                self._take(told["params"]["response"])
+            if message.get("method") == "Network.webSocketFrameSent":
+                self._take(message["params"]["response"])
 
     def _take(self, frame):
         if frame["opcode"] == 1:

@@ -48,9 +48,9 @@ class Client:
 
     def call(self, method, **params):
         self._socket.sendall((json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}) + "\n").encode())
-        while "id" not in (told := json.loads(self._lines.readline())):
+        while "id" not in (reply := json.loads(self._lines.readline())):
             pass
-        return told
+        return reply
 
     def close(self):
         self._lines.close()
@@ -130,8 +130,8 @@ class Dashboard(unittest.TestCase):
         operator.call("control.acquire")
         operator.call("control.release")
         operator.close()
-        told = self.until_shown(lambda shown: any("control released" in line for line in shown["events"]))["events"]
-        self.assertEqual(sum("control released" in line for line in told), 1, told)
+        events = self.until_shown(lambda shown: any("control released" in line for line in shown["events"]))["events"]
+        self.assertEqual(sum("control released" in line for line in events), 1, events)
         self.assertEqual(len(self.page.sockets), 2)
         until(lambda: self.sessions() == 1, self.sessions)
 

@@ -160,7 +160,7 @@ async function eventsOf(type, fields) {
 
 // ---- The daemon ----
 
-test("In the clear the daemon's own token is proved, and told to nobody who cannot prove it too", async () => {
+test("In the clear the daemon's own token is proved, and sent only to a server that can prove it too", async () => {
   const { host, port, token } = cell.place;
   const session = await ControlSession.open({ host, port }, token);
   assert.equal(session.hello.name, "token file");
@@ -244,7 +244,7 @@ test("Nobody is let in without a name, with a wrong token, or with somebody else
   await session.readNamespaceArray();
 });
 
-test("Each of twenty clients has a session over a connection of its own, and one more is told that there are too many", async () => {
+test("Each of twenty clients has a session over a connection of its own, and one more gets the reason that there are too many", async () => {
   const others = Array.from({ length: 20 }, () => clientWith(ours.clientCertificateManager, "panel"));
   for (const client of others) await client.connect(endpoint);
   const open = [];
@@ -301,7 +301,7 @@ test("A campaign is started, paused, resumed and followed to its model", async (
   await until(() => events.some(({ Message }) => /campaign done/.test(Message.text)));
 });
 
-test("Only who has the role may activate a model, and the daemon's reason is told", async () => {
+test("Only a user with the role may activate a model, and the daemon's reason is reported", async () => {
   const { Result } = await succeeds("Call", ["model.list", '{"limit": 1}']);
   const { id } = JSON.parse(Result).models[0];
   const refused = await call("ActivateModel", [id]);

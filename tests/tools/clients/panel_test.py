@@ -16,7 +16,7 @@ from live_cell import PATIENCE_S, LiveCell
 HERE = pathlib.Path(__file__).parent
 
 
-def handler(pages, told):
+def handler(pages, requests):
     class Handler(http.server.BaseHTTPRequestHandler):
         def do_GET(self):
             page = pages.get(self.path.split("?")[0])
@@ -27,7 +27,7 @@ def handler(pages, told):
                 self.wfile.write(page.read_bytes())
 
         def do_POST(self):
-            told.put((self.path, self.rfile.read(int(self.headers["Content-Length"])).decode()))
+            requests.put((self.path, self.rfile.read(int(self.headers["Content-Length"])).decode()))
             self.send_response(204)
             self.end_headers()
 
@@ -44,10 +44,10 @@ def browse(url, folder):
                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
 
-def watch(cell, told):
+def watch(cell, requests):
     """Does what the page asks for. Returns what it said at the end."""
     while True:
-        path, text = told.get(timeout=PATIENCE_S)
+        path, text = requests.get(timeout=PATIENCE_S)
         if path == "/restart":
             cell.stop_daemon()
             cell.start_daemon()
@@ -63,15 +63,15 @@ def main():
         sys.exit(77)
     bin_folder, source = sys.argv[1:3]
     pages = {"/driver.html": HERE / "panel_driver.html", "/panel.html": pathlib.Path(source) / "tools/examples/panel.html"}
-    told = queue.Queue()
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler(pages, told))
+    requests = queue.Queue()
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler(pages, requests))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     origin = f"http://127.0.0.1:{server.server_port}"
     with LiveCell(bin_folder, source, origin=origin) as cell:
         token = cell.access("Panel", "operator")
         browser = browse(f"{origin}/driver.html?daemon=127.0.0.1:{cell.web_port}&token={token}", cell.folder)
         try:
-            log = watch(cell, told)
+            log = watch(cell, requests)
         finally:
             browser.terminate()
             browser.wait()

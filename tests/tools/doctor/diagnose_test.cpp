@@ -419,7 +419,7 @@ TEST(ADoctorOfAnotherCycle, AccusesNoSenderThatALoadedMachineStretches) {
     EXPECT_THAT(one.message.what, Not(HasSubstr("its IPOC rises")));
 }
 
-/// What follows from a cause that was found is not said beside it.
+/// Consequences of a cause that was found are not reported.
 TEST(ADoctorOfASilentCell, NamesTheCauseAlone) {
   const config::CellConfig cell = cell_in_a_plant();
   const auto of_rsi = [&](const std::function<void(Observations&)>& provoke) {
@@ -455,7 +455,7 @@ TEST(ADoctorOfAStreamThatWasLateOnce, SaysNothingOfWhatIsOver) {
   }
 }
 
-TEST(ADoctor, SaysFaultsFirstAndNoLateRepliesBesideANamedFaultOfRsi) {
+TEST(ADoctor, SaysFaultsFirstAndNoLateRepliesWithANamedFaultOfRsi) {
   const config::CellConfig cell = cell_in_a_plant();
   Observations seen = all_is_well(cell);
   json::object stream = last_minute("network", 480);

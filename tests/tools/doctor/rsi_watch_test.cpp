@@ -76,10 +76,10 @@ TEST_F(AnRsiWatch, ComparesWhatComesWithTheConfiguration) {
   EXPECT_TRUE(is_of_kind(watch.senders().at(0), ethernet));
   ethernet.send = {{.tag = "DEF_AIPos"}, {.tag = "DEF_RIst"}};
   EXPECT_FALSE(is_of_kind(watch.senders().at(0), ethernet));
-  const boost::json::object told = sender_json(watch.senders().at(0), ethernet);
-  EXPECT_EQ(told.at("unknown").as_array(), boost::json::array{"Delay"});
-  EXPECT_EQ(told.at("missing").as_array(), boost::json::array{"DEF_RIst"});
-  EXPECT_EQ(told.at("decimals"), 2);
+  const boost::json::object report = sender_json(watch.senders().at(0), ethernet);
+  EXPECT_EQ(report.at("unknown").as_array(), boost::json::array{"Delay"});
+  EXPECT_EQ(report.at("missing").as_array(), boost::json::array{"DEF_RIst"});
+  EXPECT_EQ(report.at("decimals"), 2);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ std::vector<std::string> sent(FaultyWay& way, std::string_view bytes) {
   return sent;
 }
 
-/// What of 20,000 numbered datagrams goes on.
+/// What of 20,000 numbered datagrams continues.
 std::vector<std::string> passed(FaultyWay& way) {
   std::vector<std::string> all;
   for (int i = 0; i < 20'000; ++i) {
@@ -25,7 +25,7 @@ std::vector<std::string> passed(FaultyWay& way) {
   return all;
 }
 
-TEST(AFaultyWay, ChangesNothingUntilItIsTold) {
+TEST(AFaultyWay, ChangesNothingUntilItIsSet) {
   FaultyWay way{1};
   const auto out = way.datagram("abc");
   ASSERT_EQ(out.size(), 1);

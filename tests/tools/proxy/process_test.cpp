@@ -31,7 +31,7 @@ json::value ready(Process& program, const std::filesystem::path& file) {
   return text.empty() ? nullptr : json::parse(text);
 }
 
-TEST(TheProxyProgram, IsToldFaultsAtItsStartAndWhileItRuns) {
+TEST(TheProxyProgram, TakesFaultsAtItsStartAndWhileItRuns) {
   const TempFolder folder;
   asio::io_context io;
   udp::socket target{io, {kHere, 0}}, client{io, {kHere, 0}};

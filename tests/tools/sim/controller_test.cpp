@@ -319,7 +319,7 @@ TEST_F(ControllerTest, SwitchedOffItAnswersNobodyAndSwitchedOnItServesAgain) {
   EXPECT_TRUE(hello);
 }
 
-/// A program of the cell's own beside the shipped files, selected and started.
+/// A program of the cell's own in addition to the shipped files, selected and started.
 ControllerSetup with_program(const std::string& src) {
   ControllerSetup setup = controller_setup(demo_cell());
   setup.programs.push_back({"part.src", "DEF PART()\n" + src + "END\n"});
@@ -363,7 +363,7 @@ TEST(Controller, ShowsItsProgramsTheAnalogOutputsOfRsi) {
   EXPECT_THAT(controller.take_messages(), ElementsAre("low"));
 }
 
-/// A program that is stopped leaves RSI on: the axes go on by its cycles.
+/// A program that is stopped leaves RSI on: the axes continue by its cycles.
 TEST(Controller, IsJoggedUnderRsiOnceItsProgramIsStopped) {
   Controller controller{
       with_program("DECL INT ID\n$TOOL=$NULLFRAME\n$BASE=$NULLFRAME\nPTP $AXIS_ACT_MEAS\n"

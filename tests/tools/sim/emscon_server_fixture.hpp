@@ -51,7 +51,7 @@ class EmsconServerTest : public testing::Test {
 
   static drivers::TimePoint soon() { return std::chrono::steady_clock::now() + std::chrono::seconds{60}; }
 
-  /// Runs one call of the driver to its end, the server beside it.
+  /// Runs one call of the driver to its end, concurrently with the server.
   template <class T>
   T run(boost::asio::awaitable<T> call) {
     std::optional<T> result;

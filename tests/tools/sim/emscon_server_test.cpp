@@ -174,14 +174,14 @@ class TrackerInThinAir : public EmsconServerTest {
   static constexpr Air kThin{34, 790, 65};
 
   /// How much too long the distance to the reflector comes out.
-  double excess(bool weather_station, std::function<std::expected<Air, std::string>()> told) {
+  double excess(bool weather_station, std::function<std::expected<Air, std::string>()> air) {
     TrackerServerOptions setup{.speedup = 1000};
     setup.instrument = {.weather_station = weather_station, .air = kThin};
     EmsconServer there{io.get_executor(), target,
                        [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm, 1e-7); }, setup};
     drivers::EmsconOptions to = options();
     to.port = there.port();
-    to.air = std::move(told);
+    to.air = std::move(air);
     drivers::EmsconTracker of{io.get_executor(), clock, to};
     there.disturb({.temperature_c = kThin.temperature_c,
                    .pressure_mbar = kThin.pressure_mbar,
@@ -194,7 +194,7 @@ class TrackerInThinAir : public EmsconServerTest {
   }
 };
 
-TEST_F(TrackerInThinAir, IsRightToATenthOfAMicrometreAMetreOnceItIsToldTheAir) {
+TEST_F(TrackerInThinAir, IsRightToATenthOfAMicrometreAMetreOnceItHasTheAir) {
   EXPECT_NEAR(excess(false, [] { return kThin; }), 0, 1e-7);
   EXPECT_NEAR(excess(true, [] { return kThin; }), 0, 1e-7);
 }
@@ -209,7 +209,7 @@ TEST_F(TrackerInThinAir, IsWrongByWhatItTakesForItsAir) {
 
 TEST_F(TrackerInThinAir, NeedsNoTellingWhereItHasAWeatherStation) { EXPECT_NEAR(excess(true, {}), 0, 1e-9); }
 
-/// One that errs in its directions, and sees other reflectors beside the arm's.
+/// One with errors of its directions, which sees other reflectors in addition to the arm's.
 class OddTracker : public EmsconServerTest {
  protected:
   OddTracker() {
@@ -241,7 +241,7 @@ TEST_F(OddTracker, ErrsTheOtherWayInItsOtherFace) {
   EXPECT_GT((face1_mm - *target.p_WS_mm).norm(), 0.08);
   EXPECT_LT(((face1_mm + face2_mm) / 2 - *target.p_WS_mm).norm(), 1e-4);
   ASSERT_TRUE(run(driver->aim(aim_mm, 50, soon())));
-  EXPECT_LT((point() - face1_mm).norm(), 1e-5) << "aimed anew it is in face 1 again";
+  EXPECT_LT((point() - face1_mm).norm(), 1e-5) << "after the next aim it is in face 1 again";
 }
 
 TEST_F(OddTracker, LocksToTheReflectorThatItIsAimedAt) {

@@ -112,7 +112,7 @@ class RsiClientWithPoseCorrection : public testing::Test {
         {"RefCorrSys", std::to_string(system)}, {"UpperLimZ", "30"}};
     return setup;
   }
-  /// Where the TCP is when the correction has come in force.
+  /// Where the TCP is when the correction has come in effect.
   Eigen::Isometry3d corrected(int system, const std::string& attributes) {
     client.emplace(in_system(system), program, kFirstIpoc);
     for (int cycle = 0; cycle < 2; ++cycle) {
@@ -322,7 +322,7 @@ TEST_F(RsiClientWithoutHold, JumpsBackToZeroInOneCycle) {
 
 TEST_F(RsiClientTest, StopsWithKss29002AfterTooManyCyclesInARowWithoutAReply) {
   for (int i = 0; i < 4; ++i) EXPECT_EQ(unanswered(), std::nullopt);
-  EXPECT_EQ(answered(0), std::nullopt) << "a reply starts the count anew";
+  EXPECT_EQ(answered(0), std::nullopt) << "a reply restarts the count";
   for (int i = 0; i < 4; ++i) EXPECT_EQ(unanswered(), std::nullopt);
   EXPECT_EQ(unanswered(), RsiEnd::Timeout);
 }
@@ -422,7 +422,7 @@ TEST(RsiClient, KeepsTheCorrectionThatItHasWhereItsProgramTakesNoNewOne) {
   }
 }
 
-TEST_F(RsiClientTest, StartsAnewWithNothingInForceWhenRsiIsSwitchedOffAndOn) {
+TEST_F(RsiClientTest, RestartsWithNoCorrectionWhenRsiIsSwitchedOffAndOn) {
   answered(0.5);
   unanswered();
   client.restart(10, std::nullopt);
@@ -458,7 +458,7 @@ TEST_F(RsiClientTest, AnswersToTheTimeStampThatItJumpedTo) {
   EXPECT_NEAR(a1_deg(), 0.5, 1e-9);
 }
 
-TEST(RsiClient, CanBeToldToDropWhatTheConfigurationHolds) {
+TEST(RsiClient, DropsWhatTheConfigurationHoldsOnRequest) {
   RsiSetup dropping{.nominal = kr210(), .ethernet = ethernet(), .cycle = 4ms};
   dropping.hold_on = false;
   RsiClient client{dropping, program_along({kStart}), kFirstIpoc};
@@ -494,7 +494,7 @@ TEST_F(RsiClientTest, NamesWhatARealControllerIgnoresWithoutAWordOnce) {
         "A6=\"0\" A7=\"0\"/><Stop>0</Stop><IPOC>" +
         ipoc + "</IPOC></Sen>");
     client.end_cycle();
-    EXPECT_EQ(client.take_strangers(),
+    EXPECT_EQ(client.take_unknown_names(),
               cycle == 0 ? (std::vector<std::string>{"RKorr", "AK.A7"}) : std::vector<std::string>{});
   }
 }

@@ -173,7 +173,7 @@ TEST_F(Wire, LetsItsTimeStampJump) {
   EXPECT_EQ(ipocs(4), (Numbers{1, 2, 1, 2}));
 }
 
-TEST_F(Wire, HasASecondControllerBesideItThatCountsForItself) {
+TEST_F(Wire, HasASecondControllerThatCountsForItself) {
   ScenarioFault second = fault(Kind::RsiSecondSender, 3, 0);
   second.from = "127.0.0.2";
   start({second});

@@ -205,7 +205,7 @@ TEST(SimulatedCell, IsMeasuredByATrackerThatIsPushedLooseOrWrongAtItsPoints) {
   EXPECT_LT(points[5].std_mm.norm(), 0.1);
 }
 
-TEST(SimulatedCell, PushesItsTrackerWhenItIsToldSo) {
+TEST(SimulatedCell, PushesItsTrackerOnRequest) {
   RecordProperty("seed", static_cast<int>(kCellSeed));
   Cell cell{kCellSeed};
   cell.connect();

@@ -91,7 +91,7 @@ export class CellLink extends EventEmitter {
   async #subscribe() {
     const next = this.#session.hello.next_seq;
     const after = this.#lastSeq ?? next - 1;
-    // A daemon with another store counts anew.
+    // A daemon with another store restarts its count.
     const another = after >= next;
     this.#lastSeq = another ? next - 1 : after;
     const { complete, oldest } = await this.#ask("events.subscribe", { after: this.#lastSeq });

@@ -75,15 +75,15 @@ export class CellMethods {
       { name: "Method", ...TEXT, description: "Of the control port: report.get" },
       { name: "Params", ...TEXT, description: "Empty, or a JSON object" },
     ];
-    this.#add({ name: "Call", summary: "Calls any method of the control port", inputs, told: [] }, ([method, text]) => {
+    this.#add({ name: "Call", summary: "Calls any method of the control port", inputs, results: [] }, ([method, text]) => {
       if (NOT_FOR_USERS.test(method)) throw new ControlError("E_METHOD", `${method} cannot be called from here`);
       return { rpc: method, params: parseOptions(text), isCommand: isCommand(method) };
     });
   }
 
   /** @param request  of input values: {rpc, params, isCommand}; throws where they cannot be right */
-  #add({ name, summary, inputs, told }, request) {
-    const outputs = [...told, ...OUTPUTS];
+  #add({ name, summary, inputs, results }, request) {
+    const outputs = [...results, ...OUTPUTS];
     const method = this.#namespace.addMethod(this.#node, {
       browseName: name,
       nodeId: `s=method.${name}`,
@@ -94,7 +94,7 @@ export class CellMethods {
     method.bindMethod(async (variants, context) => {
       const user = userOf(context);
       const { code, message, result } = await this.#call(user, name, variants, request);
-      const own = told.map(({ member }) => result?.[member] ?? null);
+      const own = results.map(({ member }) => result?.[member] ?? null);
       const values = [...own, code, message, result ? JSON.stringify(result) : ""];
       const variant = (one, at) => (values[at] === null ? new Variant() : variantOf(one, values[at]));
       const outputArguments = outputs.map(variant);

@@ -116,7 +116,7 @@ export class ControlSession extends EventEmitter {
     return this.#helloByProof(token);
   }
 
-  // Whoever sits at the daemon's port learns nothing from it, and is found out unless he knows the token too.
+  // Another server at the daemon's port learns nothing from it, and is detected unless it knows the token too.
   async #helloByProof(token) {
     const endpoint = `${this.#socket.remoteAddress} ${this.#socket.remotePort}`;
     const { nonce: theirs } = await this.call("session.challenge", {}, SHORT_PATIENCE_MS);

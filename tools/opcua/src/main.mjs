@@ -19,7 +19,7 @@ const BAD_USAGE = 2, UNREACHABLE = 3;
 
 const log = (text) => process.stderr.write(`truepose-opcua: ${text}\n`);
 
-/** The daemon's own description of its methods: beside us where we are installed, else where the sources have it. */
+/** The daemon's own description of its methods: next to this file if installed, else where the sources have it. */
 function openrpcFile() {
   const files = ["../openrpc.json", "../../../proto/control/openrpc.json"];
   return files.map((file) => fileURLToPath(new URL(file, import.meta.url))).find(existsSync);

@@ -55,7 +55,7 @@ function describe(schema, method) {
       description: one.description ?? "",
     })),
     options: options.length > 0 ? optionsArgument(options) : undefined,
-    told: Object.keys(result)
+    results: Object.keys(result)
       .filter((member) => TOLD.has(member) && schema.typeOf(result[member]))
       .map((member) => ({
         member,
@@ -68,7 +68,7 @@ function describe(schema, method) {
 
 /**
  * @param schema  of the control port
- * @returns of each command {rpc, name, summary, inputs, told, params}: told are the members of its result that come as
+ * @returns of each command {rpc, name, summary, inputs, results, params}: results are the members of its result that come as
  *   arguments of their own; params() makes the daemon's parameters of input values (SyntaxError: Options is no JSON object)
  */
 export function commandsOf(schema) {

@@ -16,7 +16,7 @@ const MODES = { T1: 1, T2: 2, AUT: 3, EXT: 4 }; // OperationalModeEnumeration
 /** The robot interpreter's states as those of the TaskControlStateMachine. */
 const TASK_STATES = { free: "Idle", reset: "Ready", stopped: "Ready", ended: "Ready", active: "Executing" };
 
-const told = (status) => status.stream?.robot; // by the controller, of itself
+const reported = (status) => status.stream?.robot; // as the controller reports it
 const manufacturer = () => "KUKA";
 const model = ({ robot }) => robot?.model;
 /** The specification asks for it, and the controller does not tell it. */
@@ -34,7 +34,7 @@ const OBJECTS = [
       [["ProductCode"], TEXT, model],
       [["SerialNumber"], TEXT, ({ robot }) => robot?.serial],
       [["MotionDeviceCategory"], ENUMERATION, () => ARTICULATED_ROBOT],
-      [["ParameterSet", "SpeedOverride"], NUMBER, (status) => told(status)?.override_percent],
+      [["ParameterSet", "SpeedOverride"], NUMBER, (status) => reported(status)?.override_percent],
     ],
   },
   {
@@ -67,7 +67,7 @@ const OBJECTS = [
     shows: [
       [["ComponentName"], LOCALIZED, () => "Robot interpreter"],
       [["ParameterSet", "TaskProgramName"], TEXT, notTold],
-      [["ParameterSet", "TaskProgramLoaded"], FLAG, (status) => loaded(told(status)?.program)],
+      [["ParameterSet", "TaskProgramLoaded"], FLAG, (status) => loaded(reported(status)?.program)],
     ],
   },
   {
@@ -75,9 +75,9 @@ const OBJECTS = [
     parent: "SafetyStates",
     type: "SafetyStateType",
     shows: [
-      [["ParameterSet", "OperationalMode"], ENUMERATION, (status) => MODES[told(status)?.mode]],
-      [["ParameterSet", "EmergencyStop"], FLAG, (status) => told(status)?.emergency_stop],
-      [["ParameterSet", "ProtectiveStop"], FLAG, (status) => told(status)?.gate_open],
+      [["ParameterSet", "OperationalMode"], ENUMERATION, (status) => MODES[reported(status)?.mode]],
+      [["ParameterSet", "EmergencyStop"], FLAG, (status) => reported(status)?.emergency_stop],
+      [["ParameterSet", "ProtectiveStop"], FLAG, (status) => reported(status)?.gate_open],
     ],
   },
 ];
@@ -136,7 +136,7 @@ export class Robotics {
     const path = ["TaskControlOperation", "TaskControlStateMachine", "CurrentState"];
     const state = below(this.#nodes.RobotInterpreter, path);
     const type = this.#namespace.addressSpace.findObjectType("TaskControlStateMachineType", this.#indices[0]);
-    const name = (status) => TASK_STATES[told(status)?.program];
+    const name = (status) => TASK_STATES[reported(status)?.program];
     this.#mirror.add(state, LOCALIZED, name);
     const id = (status) => name(status) && child(type, name(status)).nodeId;
     this.#mirror.add(child(state, "Id"), scalar(DataType.NodeId), id);

@@ -1,4 +1,4 @@
-/** Reads proto/control/openrpc.json: what there is, of which type and unit, so that nothing is listed here anew. */
+/** Reads proto/control/openrpc.json: methods, members, types and units, which are not listed here again. */
 import { readFileSync } from "node:fs";
 import { DataType, standardUnits } from "node-opcua";
 

@@ -65,7 +65,7 @@ async function holds(folder, certificate) {
 
 /**
  * What an operator has moved among the trusted certificates stays there: a client that went on trying meanwhile would
- * have it moved back, or written among the rejected ones anew.
+ * have it moved back, or written among the rejected ones again.
  */
 class CertificateStore extends OPCUACertificateManager {
   async rejectCertificate(certificateOrChain) {

@@ -75,8 +75,8 @@ class BodyCompiler {
   void compile_interrupt(TokenReader& reader);
   void declare_interrupt(TokenReader& reader, bool is_global);
   void compile_brake(TokenReader& reader);
-  /// A call that is made beside the program: without its local data.
-  void call_beside(TokenReader& reader);
+  /// A call outside the program's sequence: without its local data.
+  void call_out_of_sequence(TokenReader& reader);
 
   // spline_compiler.cpp
   void compile_spline(TokenReader& reader);
@@ -96,8 +96,8 @@ class BodyCompiler {
   void compile_trigger(TokenReader& reader);
   TriggerShape read_trigger(TokenReader& reader, bool in_spline);
   void read_switching_point(TokenReader& reader, bool in_spline, TriggerShape& trigger);
-  /// An assignment that is made beside the program.
-  void set_beside(TokenReader& reader);
+  /// An assignment outside the program's sequence.
+  void set_out_of_sequence(TokenReader& reader);
 
   using Compile = void (BodyCompiler::*)(TokenReader&);
   static const std::map<std::string_view, Compile>& statements();

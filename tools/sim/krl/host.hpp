@@ -39,7 +39,7 @@ struct SwitchingPoint {
   double delay_s = 0;        ///< below 0: so long before
 };
 
-/// A motion with all that was in force when the program came to it.
+/// A motion with all that was in effect when the program came to it.
 struct Motion {
   std::uint64_t number = 0;  ///< from 1, each once
   MotionKind kind = MotionKind::Ptp;
@@ -71,7 +71,7 @@ struct ExternalCall {
 
 /// How a call went.
 struct CallResult {
-  bool is_finished = true;  ///< false: ask again; the program waits, and interrupts go on
+  bool is_finished = true;  ///< false: ask again; the program waits, and interrupts continue
   Value value = {};         ///< of a function
 };
 

@@ -38,22 +38,22 @@ enum class InterpreterKind {
 /// What is modelled:
 ///
 /// Time. Statements take none, but no more than kInstructionsPerTurn are executed in a turn of 1 ms, so that
-/// a loop without a wait lets the others go on.
+/// a loop without a wait lets the others continue.
 ///
-/// Advance run. A motion is handed to the host at once, and the program goes on while no more than $ADVANCE
+/// Advance run. A motion is handed to the host at once, and the program continues while no more than $ADVANCE
 /// motions wait behind the one that is made; with 0 it waits for the end of each. It waits until all motions
 /// are made at WAIT, HALT, the end of the program, calls of the host's subprograms and all system variables
 /// but those that motions take with them (standard.hpp), unless CONTINUE stands before the statement.
 ///
 /// Interrupts. They are looked at before every statement and at every run(), so also while the program waits
 /// or the arm moves. They go by the edge, seen only while switched on. A lower number goes first and breaks
-/// into a higher one. DISABLE remembers an edge for ENABLE, OFF forgets it. The arm moves on beside the
-/// interrupt program; BRAKE waits until it stands, and it goes on when the interrupt program ends. A motion
-/// of an interrupt program needs BRAKE before it; the rest of what BRAKE stopped is then made anew, from
-/// where the arm stands.
+/// into a higher one. DISABLE remembers an edge for ENABLE, OFF forgets it. The arm keeps moving during the
+/// interrupt program. BRAKE waits until it stands; it resumes when the interrupt program ends. A motion of an
+/// interrupt program needs BRAKE before it; the rest of the motion that BRAKE stopped is then planned again
+/// from where the arm stands.
 ///
-/// RESUME. It drops all motions and goes on behind the call made in the level that declared the interrupt. It
-/// is an error where no such call runs: at that level itself, or once the advance run has left the
+/// RESUME. It drops all motions and continues behind the call made in the level that declared the interrupt.
+/// It is an error where no such call runs: at that level itself, or once the advance run has left the
 /// subprogram.
 ///
 /// Numbers. REAL variables hold 32 bits, expressions are computed with 64. A REAL becomes INT by rounding.
@@ -62,7 +62,7 @@ enum class InterpreterKind {
 /// has come to its switching point, at a statement or run(), as an interrupt of its priority; the program
 /// ends behind the last of them. RESUME drops those of the motions that it drops.
 ///
-/// Splines. A block is one motion, also of the advance run, and what WITH sets is in force for its motion or
+/// Splines. A block is one motion, also of the advance run, and what WITH sets is in effect for its motion or
 /// segment alone.
 ///
 /// PULSE. The output is the opposite of its level once the time is over, whatever the program does.
@@ -87,8 +87,8 @@ class Interpreter {
   void deselect();
   /// Back to the first line: local data and interrupts are forgotten, module data stays.
   void reset();
-  /// Starts, or goes on behind stop() or HALT. @return false where nothing is selected, it ended, or a fault
-  /// waits for reset().
+  /// Starts, or continues behind stop() or HALT. @return false where nothing is selected, it ended, or a
+  /// fault waits for reset().
   bool start();
   /// Stops the program and the arm.
   void stop();
@@ -186,7 +186,7 @@ class Interpreter {
   std::size_t awaited();
   std::optional<double> number(std::string_view variable, std::optional<int> index, std::string_view field);
   std::optional<FrameValues> frame_values(std::string_view variable);
-  Value in_force(std::size_t variable, std::optional<int> index) const;
+  Value in_effect(std::size_t variable, std::optional<int> index) const;
   void take_variables(Motion& motion);
   PoseTarget pose_of(const Value& value, const Type& type) const;
   AxisTarget axes_of(const Value& value, const Type& type) const;
@@ -229,7 +229,7 @@ class Interpreter {
   std::deque<Motion> sent_;  // to the host, and not finished
   std::vector<Trigger> triggers_;
   std::vector<SwitchingPoint> switching_;  // of the motion that comes next
-  std::vector<Setting> settings_;          // in force for the motion in work
+  std::vector<Setting> settings_;          // in effect for the motion in work
   std::vector<Pulse> pulses_;
   std::map<int, std::size_t> cycles_;  // code of cyclical flags, by number
   std::uint64_t motions_ = 0, points_ = 0;

@@ -118,7 +118,7 @@ bool Interpreter::end_interruption() {
   if (std::exchange(interruption.holds, false) && !is_braked()) host_.go_on();
   for (Motion& motion : std::exchange(interruption.parked, {})) hand_over(std::move(motion));
   switching_ = std::move(interruption.switching);
-  // What is handed over anew belongs to an interrupt that holds the arm itself.
+  // A motion that is handed over again belongs to an interrupt that holds the arm itself.
   if (interruption.moves && is_braked()) host_.brake(false);
   return true;
 }

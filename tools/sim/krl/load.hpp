@@ -20,8 +20,8 @@ struct Source {
   bool is_partial = false;
 };
 
-/// What the controller has beside the modules and what standard.hpp declares. The host answers for all of it,
-/// and for the system variables of standard.hpp.
+/// Declarations of the controller in addition to the modules and standard.hpp. The host answers for all of
+/// it, and for the system variables of standard.hpp.
 struct Environment {
   /// KRL: ENUM, STRUC, system variables (all that begin with $: `DECL BOOL $FLAG[1024]`), data that all
   /// modules know (`DECL INT RSIOK=0`), subprograms (`EXT BAS(BAS_COMMAND:IN,REAL:IN)`, `EXTFCT INT

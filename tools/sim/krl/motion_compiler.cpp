@@ -120,13 +120,13 @@ void BodyCompiler::declare_interrupt(TokenReader& reader, bool is_global) {
   reader.expect("DO");
   interrupt.call = scope_.here();
   scope_.aside = {};
-  call_beside(reader);
+  call_out_of_sequence(reader);
   reader.expect_end();
   symbols_.program.interrupts.push_back(interrupt);
   scope_.land(over);
 }
 
-void BodyCompiler::call_beside(TokenReader& reader) {
+void BodyCompiler::call_out_of_sequence(TokenReader& reader) {
   const Expression call = read_call(reader);
   const std::vector<Field> locals = std::exchange(scope_.locals, {});
   expressions_.call_statement(call);

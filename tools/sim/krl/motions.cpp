@@ -134,7 +134,7 @@ std::optional<double> Interpreter::number(std::string_view variable, std::option
                                           std::string_view field) {
   const auto slot = program_.find_system(variable);
   if (!slot) return std::nullopt;
-  const Value value = in_force(*slot, index);
+  const Value value = in_effect(*slot, index);
   const Type& type = program_.systems[*slot].type;
   if (!has_type(value, index ? type.element() : type, program_.types) || !is_set(value)) return std::nullopt;
   return field.empty() ? std::optional{number_of(value)}
@@ -142,7 +142,7 @@ std::optional<double> Interpreter::number(std::string_view variable, std::option
 }
 
 /// Of a system variable, or of one element: what WITH sets before what the controller has.
-Value Interpreter::in_force(std::size_t variable, std::optional<int> index) const {
+Value Interpreter::in_effect(std::size_t variable, std::optional<int> index) const {
   const Variable& declared = program_.systems[variable];
   Value value = host_.read(declared.name, index);
   for (const Setting& setting : settings_) {
@@ -169,7 +169,7 @@ void Interpreter::take_variables(Motion& motion) {
   motion.tool = frame_values("$TOOL");
   motion.base = frame_values("$BASE");
   if (const auto mode = program_.find_system("$IPO_MODE"))
-    motion.is_tool_fixed = in_force(*mode, {}) == Value{Literal{"TCP"}};
+    motion.is_tool_fixed = in_effect(*mode, {}) == Value{Literal{"TCP"}};
   for (std::size_t i = 0; i < motion.velocity_percent.size(); ++i) {
     const int axis = static_cast<int>(i) + 1;
     motion.velocity_percent[i] = whole(number("$VEL_AXIS", axis, "")).value_or(kFullPercent);

@@ -12,7 +12,7 @@
 
 namespace truepose::sim::krl {
 
-/// What an instruction does to the stack of operands is written beside it: before -> after.
+/// The comment of an instruction shows the stack of operands: before -> after.
 enum class Op : std::uint8_t {
   // Places and values
   Push,     ///< -> constant a

@@ -16,8 +16,8 @@ struct Scope {
   std::vector<Field> locals = {};
   int line = 0;               ///< of the statement in work
   bool is_continued = false;  ///< CONTINUE stands before the statement: it does not stop the advance run
-  /// What is executed beside the program, empty for the program: the condition of an "interrupt", what a
-  /// "trigger" sets. It has no local data and calls nothing.
+  /// What is executed outside the program's sequence, empty for the program: the condition of an "interrupt",
+  /// what a "trigger" sets. It has no local data and calls nothing.
   std::string_view aside = {};
   bool is_submit = false;  ///< of a .sub: it must not move the arm
 

@@ -8,7 +8,7 @@ namespace truepose::sim::krl {
 /// the variables that motions are made with, and the functions that the interpreter has itself.
 std::string_view standard_declarations();
 
-/// Whether the advance run goes on over a system variable: those that motions take with them, as the manual
+/// Whether the advance run continues over a system variable: those that motions take with them, as the manual
 /// has it. All others are read and written when the arm has come so far.
 bool passes_advance_run(std::string_view system_variable);
 

@@ -76,7 +76,7 @@ class Symbols {
 
   /// Notes what is not known of a partial source. @param names  what it would have declared, in capitals
   void refuse(const Fault& fault, const std::vector<std::string>& names = {});
-  /// Does what may find a fault, which is noted of a partial source and else goes on to the caller.
+  /// Does what may find a fault, which is noted of a partial source and else continues to the caller.
   /// @param names  as of refuse(). @return whether none was found
   template <typename Part>
   bool attempt(bool is_partial, Part part, const std::vector<std::string>& names = {}) {

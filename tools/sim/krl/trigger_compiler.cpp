@@ -22,7 +22,7 @@ TriggerShape BodyCompiler::read_trigger(TokenReader& reader, bool in_spline) {
   const std::size_t over = scope_.emit(Op::Jump);
   trigger.action = scope_.here();
   trigger.is_call = reader.peek(1).is("(") && !reader.next_is("PULSE");
-  trigger.is_call ? call_beside(reader) : set_beside(reader);
+  trigger.is_call ? call_out_of_sequence(reader) : set_out_of_sequence(reader);
   scope_.land(over);
   if (!trigger.is_call) return trigger;
   if (!reader.take_if("PRIO")) reader.fail("a subprogram that is triggered needs PRIO");
@@ -31,7 +31,7 @@ TriggerShape BodyCompiler::read_trigger(TokenReader& reader, bool in_spline) {
   return trigger;
 }
 
-void BodyCompiler::set_beside(TokenReader& reader) {
+void BodyCompiler::set_out_of_sequence(TokenReader& reader) {
   scope_.aside = "trigger";
   if (reader.next_is("PULSE")) {
     read_pulse(reader);

@@ -23,7 +23,7 @@ inline constexpr std::chrono::seconds kBridgeLookUp{3};
 class BridgeLine {
  public:
   BridgeLine(std::unique_ptr<drivers::ByteStream> stream, drivers::Clock& clock)
-      : wire_{std::move(stream), clock, drivers::kNobodyHears} {}
+      : wire_{std::move(stream), clock, drivers::kNullTap} {}
 
   BridgeTask<void> open(std::string host, std::uint16_t port);
   bool is_open() const { return wire_.is_open(); }

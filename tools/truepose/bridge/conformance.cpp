@@ -45,7 +45,7 @@ const std::vector<Examination::Promise> Examination::kPromises{
     {"a newer client is answered in the version that the bridge speaks", &Examination::speaks_what_it_can,
      "answer hello with the lower of the client's protocol and the bridge's"},
     {"ping is answered within a second", &Examination::lives, "answer ping from the thread that reads"},
-    {"status is answered", &Examination::tells_status, "see status in docs/trackers.md"},
+    {"status is answered", &Examination::answers_status, "see status in docs/trackers.md"},
     {"a line that is no JSON is refused, with id null", &Examination::refuses_no_json,
      "answer bad-request with id null, and read the next line"},
     {"a request without id is refused, with id null", &Examination::refuses_no_id,
@@ -102,9 +102,9 @@ asio::awaitable<std::expected<std::vector<BridgeVerdict>, std::string>> Examinat
     verdicts.push_back(std::move(verdict));
     if (kept || seen.skipped) continue;
     // What is left of it on the wire must not be taken for what follows.
-    const auto anew = co_await reconnect();
-    if (anew) continue;
-    verdicts.push_back({"a new connection after that", Conformance::Failed, anew.error(),
+    const auto reconnected = co_await reconnect();
+    if (reconnected) continue;
+    verdicts.push_back({"a new connection after that", Conformance::Failed, reconnected.error(),
                         "restart the bridge, and see why it takes no client any more"});
     break;
   }

@@ -59,7 +59,7 @@ class Examination {
   Trial greets();
   Trial speaks_what_it_can();
   Trial lives();
-  Trial tells_status();
+  Trial answers_status();
   Trial refuses_no_json();
   Trial refuses_no_id();
   Trial refuses_unknown_request();

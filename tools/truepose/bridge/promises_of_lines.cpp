@@ -37,7 +37,7 @@ Trial Examination::lives() {
   co_return kept_where(answer);
 }
 
-Trial Examination::tells_status() {
+Trial Examination::answers_status() {
   bridge::GetStatus request;
   const auto status = co_await line_.ask(request, kBridgeLookUp);
   if (!status) co_return Seen::otherwise(status.error());

@@ -53,8 +53,8 @@ Trial Examination::aims() {
 
 Trial Examination::misses() {
   if (!aimed_) co_return Seen::not_tried("no reflector was found before");
-  const Eigen::Vector3d beside_mm = *options_.reflector_mm + Eigen::Vector3d{0, 0, 500};
-  bridge::DoAim request{beside_mm, 5, 2s};
+  const Eigen::Vector3d off_target_mm = *options_.reflector_mm + Eigen::Vector3d{0, 0, 500};
+  bridge::DoAim request{off_target_mm, 5, 2s};
   const auto id = co_await line_.send_request(request);
   if (!id) co_return Seen::otherwise(id.error());
   const auto reply = co_await line_.reply_to(*id, kMotion);
@@ -158,17 +158,17 @@ Trial Examination::loses_beam() {
   bridge::Rehearse rehearse{.lasts = 300ms};
   const auto breaking = co_await line_.send_request(rehearse);
   if (!breaking) co_return Seen::otherwise(breaking.error());
-  bool broken = false, told = false;
+  bool broken = false, answered = false;
   for (int replies = 0; replies < 2; ++replies) {
     const auto reply = co_await line_.next_reply(kBridgeLookUp);
     if (!reply) co_return Seen::otherwise(reply.error());
-    told = told || reply->id == *breaking;
+    answered = answered || reply->id == *breaking;
     if (reply->id != *measuring) continue;
     const Seen seen = expect_refusal(reply, ErrorCode::BeamBroken, *measuring);
     if (!seen.fault.empty()) co_return seen;
     broken = true;
   }
-  if (!broken || !told) co_return Seen::otherwise("not every request was answered");
+  if (!broken || !answered) co_return Seen::otherwise("not every request was answered");
   if (!line_.has_seen(EventKind::BeamLost)) co_return Seen::otherwise("no event beam-lost came");
   const drivers::TimePoint back = clock_.now() + rehearse.lasts + 200ms;
   co_await clock_.sleep_until(back);

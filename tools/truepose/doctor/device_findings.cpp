@@ -12,7 +12,7 @@ namespace {
 using Kind = FindingKind;
 
 /// The state that a daemon tells, which is connected itself.
-Findings told(const boost::json::value& status, const std::string& device) {
+Findings daemon_findings(const boost::json::value& status, const std::string& device) {
   const std::string at = "/" + device;
   if (!is_true_at(status, at + "/connected")) return {};
   const std::string why_not = string_at(status, at + "/why_not_ready");
@@ -24,10 +24,10 @@ Findings told(const boost::json::value& status, const std::string& device) {
 }  // namespace
 
 Findings robot_findings(const config::CellConfig& cell, const Observations& seen) {
-  if (!seen.robot) return told(seen.daemon.status, "robot");
+  if (!seen.robot) return daemon_findings(seen.daemon.status, "robot");
   const auto& robot = *seen.robot;
   if (!robot) {
-    // Where another program than ours runs, nobody serves EKI.
+    // Where another program than ours runs, EKI is not served.
     const bool streams =
         std::ranges::any_of(seen.rsi.senders, [](const RsiSender& s) { return s.frames > 0; });
     return {finding<Kind::Robot>("robot", streams ? Level::Warning : Level::Fault, robot.error().detail,
@@ -41,7 +41,7 @@ Findings robot_findings(const config::CellConfig& cell, const Observations& seen
 }
 
 Findings tracker_findings(const config::CellConfig& cell, const Observations& seen) {
-  if (!seen.tracker) return told(seen.daemon.status, "tracker");
+  if (!seen.tracker) return daemon_findings(seen.daemon.status, "tracker");
   const auto& tracker = *seen.tracker;
   if (!tracker)
     return {finding<Kind::Tracker>("tracker", Level::Fault, tracker.error().detail,

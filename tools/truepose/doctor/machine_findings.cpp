@@ -25,7 +25,7 @@ Finding thread_finding(Level level, const json::value& stream) {
   return finding<Kind::Scheduling>("machine", level, policy, priority);
 }
 
-/// What the unit raises for the daemon, somebody who starts it by hand has to raise himself.
+/// The unit raises these limits for the daemon; a user that starts it by hand has to raise them.
 Findings limit_findings(Level level, const config::StreamConfig& stream, const MachineObservation& machine) {
   Findings findings;
   if (!machine.fifo_refused.empty())

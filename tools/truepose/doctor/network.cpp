@@ -38,7 +38,7 @@ std::string addresses_text(const std::vector<Interface>& interfaces) {
   return list;
 }
 
-// Which of many rules decides is not told from their text: those that may are named to a person.
+// The text does not show which of many rules decides: all that may are named for the operator.
 std::vector<std::string> dropping_rules(std::string_view rules, std::uint16_t port) {
   std::vector<std::string> dropping;
   std::istringstream lines{std::string{rules}};

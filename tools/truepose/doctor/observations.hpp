@@ -40,11 +40,11 @@ struct DaemonObservation {
 /// The RSI port as it was for a while. Where the daemon has it, root alone sees what passes by.
 struct RsiObservation {
   std::string not_bound;  ///< why we could not listen, where no daemon answers
-  bool taken = false;     ///< because somebody has the port
+  bool taken = false;     ///< because another program has the port
   std::vector<RsiSender> senders;
   std::optional<std::vector<SeenStream>>
-      seen;                             ///< to ports that nobody has, or to ours; none: only root may look
-  std::uint64_t unclaimed = 0;          ///< datagrams of any kind to ports that nobody has
+      seen;                     ///< to ports that no program has, or to ours; none: only root may look
+  std::uint64_t unclaimed = 0;  ///< datagrams of any kind to ports that no program has
   std::optional<std::string> firewall;  ///< its rules as nft or iptables print them; none: unreadable
 };
 

@@ -31,29 +31,29 @@ std::string listed(const std::vector<std::string>& names) {
   return list;
 }
 
-/// The findings about one sender, beside what all of them need.
+/// The findings about one sender.
 class SenderFindings {
  public:
-  /// @param told_by_daemon  that packets of another sender are dropped
+  /// @param reported_by_daemon  that packets of another sender are dropped
   SenderFindings(const config::CellConfig& cell, const std::optional<rsi::EthernetConfig>& ethernet,
-                 const RsiSender& sender, bool told_by_daemon)
+                 const RsiSender& sender, bool reported_by_daemon)
       : cell_{cell},
         ethernet_{ethernet},
         sender_{sender},
-        told_by_daemon_{told_by_daemon},
+        reported_by_daemon_{reported_by_daemon},
         from_{text(sender.source)} {}
 
   Findings all() {
-    look_at_address();
+    check_address();
     if (is_another_) return findings_;  // what it sends is not the controller's
-    look_at_cycle();
-    look_at_malformed();
+    check_cycle();
+    check_malformed();
     if (sender_.frames == 0) return findings_;
-    look_at_names();
-    look_at_decimals();
-    look_at_arm();
-    look_at_limits();
-    look_at_losses();
+    check_names();
+    check_decimals();
+    check_arm_condition();
+    check_limits();
+    check_losses();
     if (findings_.empty())
       findings_.push_back(
           good("rsi", from_ + formatted(" sends good frames every %.2f ms", sender_.cycle_ms().value_or(0))));
@@ -66,11 +66,11 @@ class SenderFindings {
     findings_.push_back(finding<kKind>("rsi", level, values...));
   }
 
-  void look_at_address() {
+  void check_address() {
     const auto peer = drivers::ipv4_of(cell_.robot.rsi_peer);
     if (!peer || *peer == sender_.source.address) return;
     is_another_ = true;
-    if (!told_by_daemon_) say<Kind::Sender>(Level::Fault, from_, cell_.robot.rsi_peer);
+    if (!reported_by_daemon_) say<Kind::Sender>(Level::Fault, from_, cell_.robot.rsi_peer);
   }
 
   /// Measured by the IPOC, so lost packets do not count; none where too few cycles came.
@@ -83,7 +83,7 @@ class SenderFindings {
   }
 
   /// Another cycle than the configured one explains nearly all else that is found.
-  void look_at_cycle() {
+  void check_cycle() {
     const auto configured_ms = static_cast<double>(cell_.stream.cycle.count());
     const auto measured_ms = period_ms();
     const bool counts_ms = sender_.ipoc_step > kIpocOfKrC2;
@@ -108,13 +108,13 @@ class SenderFindings {
                                                                       : "");
   }
 
-  void look_at_malformed() {
+  void check_malformed() {
     if (sender_.malformed == 0) return;
     say<Kind::Malformed>(sender_.frames == 0 ? Level::Fault : Level::Warning,
                          cell_.stream.ethernet_xml.string(), from_, sender_.malformed, sender_.why_malformed);
   }
 
-  void look_at_names() {
+  void check_names() {
     if (!ethernet_) return;
     const rsi::NameDifference names = compare_names(sender_.elements, *ethernet_);
     if (names == rsi::NameDifference{}) return;
@@ -125,7 +125,7 @@ class SenderFindings {
                         cell_.stream.ethernet_xml.string(), from_, differing);
   }
 
-  void look_at_decimals() {
+  void check_decimals() {
     const int decimals = sender_.elements.decimals;
     if (decimals >= rsi::kLeastPrecision) return;
     Message rounded = message<rsi::LintKind::Precision>(static_cast<double>(decimals),
@@ -144,7 +144,7 @@ class SenderFindings {
   }
 
   /// As the stream will judge it, but for what few decimals do.
-  void look_at_arm() {
+  void check_arm_condition() {
     const double rounded_mm = sender_.elements.decimals < rsi::kLeastPrecision ? rounding_mm() : 0;
     daemon::ArmCheck check{cell_.robot.model, cell_.stream.cycle,
                            cell_.robot.max_fk_deviation_mm + rounded_mm};
@@ -153,7 +153,7 @@ class SenderFindings {
                                         daemon::reason({.fault = found->fault, .detail = found->detail})));
   }
 
-  void look_at_limits() {
+  void check_limits() {
     const auto& axes = sender_.frame.aipos_rad;
     const auto& joints = cell_.robot.model.joints;
     if (!axes) return;
@@ -165,7 +165,7 @@ class SenderFindings {
     }
   }
 
-  void look_at_losses() {
+  void check_losses() {
     if (sender_.ipoc_step == 0) return;
     const auto cycles = static_cast<double>((sender_.ipoc - sender_.ipoc_begin) / sender_.ipoc_step + 1);
     const double lost = 1 - static_cast<double>(sender_.frames) / cycles;
@@ -177,7 +177,7 @@ class SenderFindings {
   const config::CellConfig& cell_;
   const std::optional<rsi::EthernetConfig>& ethernet_;
   const RsiSender& sender_;
-  bool told_by_daemon_;
+  bool reported_by_daemon_;
   bool is_another_ = false;  // than the controller
   std::string from_;
   Findings findings_;
@@ -249,13 +249,13 @@ Finding silence_finding(const config::CellConfig& cell, const Observations& seen
 bool is_fault(const Finding& one) { return one.level == Level::Fault; }
 
 /// Where a cause is found it is said alone: that nothing came follows from it.
-Findings nothing_came(const config::CellConfig& cell, const Observations& seen) {
+Findings no_packet_findings(const config::CellConfig& cell, const Observations& seen) {
   const auto dropping = dropping_rules(seen.rsi.firewall.value_or(""), cell.stream.listen.port);
   Findings findings = card_findings(cell, seen.interfaces);
   for (const SeenStream& stream : seen.rsi.seen.value_or(std::vector<SeenStream>{}))
     findings.push_back(elsewhere(cell, stream, dropping));
-  const bool told_by_daemon = string_at(seen.daemon.status, "/stream/state") == "fault";
-  if (told_by_daemon || std::ranges::any_of(findings, is_fault)) return findings;
+  const bool reported_by_daemon = string_at(seen.daemon.status, "/stream/state") == "fault";
+  if (reported_by_daemon || std::ranges::any_of(findings, is_fault)) return findings;
   findings.insert(findings.begin(), silence_finding(cell, seen));
   for (const std::string& rule : dropping)
     findings.push_back(finding<Kind::Firewall>("rsi", Level::Warning, "", rule, cell.stream.listen.port));
@@ -263,7 +263,7 @@ Findings nothing_came(const config::CellConfig& cell, const Observations& seen) 
 }
 
 /// Whether packets come through: to the daemon, or to us where it does not run.
-bool is_heard(const Observations& seen) {
+bool has_packets(const Observations& seen) {
   if (!seen.daemon.unreachable.empty()) return !seen.rsi.senders.empty();
   const auto* age = find_at(seen.daemon.status, "/stream/packet_age_ms");
   const bool fresh =
@@ -275,11 +275,11 @@ bool is_heard(const Observations& seen) {
 
 Findings rsi_findings(const config::CellConfig& cell, const Observations& seen) {
   if (!seen.rsi.not_bound.empty()) return {not_bound(seen)};
-  if (!is_heard(seen)) return nothing_came(cell, seen);
-  const bool told_by_daemon = string_at(seen.daemon.status, "/stream/refused").contains("are dropped");
+  if (!has_packets(seen)) return no_packet_findings(cell, seen);
+  const bool reported_by_daemon = string_at(seen.daemon.status, "/stream/refused").contains("are dropped");
   Findings findings;
   for (const RsiSender& sender : seen.rsi.senders) {
-    for (Finding& one : SenderFindings{cell, seen.ethernet, sender, told_by_daemon}.all()) {
+    for (Finding& one : SenderFindings{cell, seen.ethernet, sender, reported_by_daemon}.all()) {
       // Of the same packets a daemon that runs names the fault.
       one.may_follow |= seen.daemon.unreachable.empty();
       findings.push_back(std::move(one));

@@ -89,7 +89,7 @@ std::optional<Tapped> tap(std::uint16_t our_port, TimePoint until) {
   return tapped;
 }
 
-/// The kernel's count of datagrams that came to ports that nobody has (proc(5), /proc/net/snmp).
+/// The kernel's count of datagrams that came to ports that no program has (proc(5), /proc/net/snmp).
 std::uint64_t unclaimed_datagrams() {
   std::ifstream file{"/proc/net/snmp"};
   std::string names, values, name, value;

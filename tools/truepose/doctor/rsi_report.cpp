@@ -34,7 +34,7 @@ bool is_of_kind(const RsiSender& sender, const std::optional<rsi::EthernetConfig
 
 json::object sender_json(const RsiSender& sender, const std::optional<rsi::EthernetConfig>& ethernet) {
   const auto cycle_ms = sender.cycle_ms();
-  json::object told{
+  json::object object{
       {"source", text(sender.source)},
       {"frames", sender.frames},
       {"frames_per_s", cycle_ms && *cycle_ms > 0 ? json::value(1000 / *cycle_ms) : json::value{}},
@@ -50,14 +50,14 @@ json::object sender_json(const RsiSender& sender, const std::optional<rsi::Ether
       {"missing", nullptr},
       {"malformed", sender.malformed},
       {"why_malformed", or_null(sender.why_malformed)}};
-  if (sender.frames == 0) return told;
-  told["ipoc"] = sender.ipoc;
-  told["decimals"] = sender.elements.decimals;
-  if (!ethernet) return told;
+  if (sender.frames == 0) return object;
+  object["ipoc"] = sender.ipoc;
+  object["decimals"] = sender.elements.decimals;
+  if (!ethernet) return object;
   const rsi::NameDifference names = compare_names(sender.elements, *ethernet);
-  told["unknown"] = json::value_from(names.unknown);
-  told["missing"] = json::value_from(names.missing);
-  return told;
+  object["unknown"] = json::value_from(names.unknown);
+  object["missing"] = json::value_from(names.missing);
+  return object;
 }
 
 std::string sender_text(const json::value& sender) {

@@ -38,7 +38,7 @@ class RsiWatch {
  public:
   void take(const drivers::Datagram& datagram, bool cut);
 
-  /// In the order of their addresses; a flood's later senders are not told.
+  /// In the order of their addresses; later senders of a flood are left out.
   std::vector<RsiSender> senders() const;
   std::uint64_t frames() const { return frames_; }
 

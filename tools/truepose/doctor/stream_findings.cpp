@@ -43,7 +43,7 @@ Findings late_findings(const json::value& stream) {
   return findings;
 }
 
-/// Whether somebody has to mend what the stream gives as its reason, rather than wait.
+/// Whether the operator has to fix the stream's reason, rather than wait.
 bool is_fault(const json::value& status, const std::string& reason) {
   if (reason.contains("acknowledge")) return true;
   const json::array& faults = list_at(status, "/faults");

@@ -71,12 +71,12 @@ void write(const CompensateOptions& options, const ProgramFiles& files, const Pr
 
 // ---- Tools and bases that were measured ----
 
-/// What is told by its numbers is in force where the program starts; what was measured is in the controller
-/// as it was told.
+/// A frame given by its numbers is active where the program starts. A measured frame is in the controller
+/// under its number.
 krl::StartFrames start_of(const std::optional<Tool>& tool, const std::optional<Base>& base) {
   krl::StartFrames start;
-  if (tool && tool->number == 0) start.tool = tool->X_told;
-  if (tool && tool->number > 0) start.tools[tool->number] = tool->X_told;
+  if (tool && tool->number == 0) start.tool = tool->X_controller;
+  if (tool && tool->number > 0) start.tools[tool->number] = tool->X_controller;
   if (base && base->number == 0) start.base = base->X;
   if (base && base->number > 0) start.bases[base->number] = base->X;
   return start;

@@ -433,12 +433,12 @@ class Compensator {
 
   /// Of the arm with the step's tool.
   const TargetCompensation& compensation(const Step& step) {
-    const FrameValue& told = tool(step);
-    const auto real = told.state == State::Known ? real_.tools.find(told.number) : real_.tools.end();
-    const int number = real == real_.tools.end() ? 0 : told.number;
+    const FrameValue& active = tool(step);
+    const auto real = active.state == State::Known ? real_.tools.find(active.number) : real_.tools.end();
+    const int number = real == real_.tools.end() ? 0 : active.number;
     const auto found = compensations_.find(number);
     if (found != compensations_.end()) return found->second;
-    const RobotModel arm = number == 0 ? calibrated_ : with_tool(calibrated_, real->second, told.X);
+    const RobotModel arm = number == 0 ? calibrated_ : with_tool(calibrated_, real->second, active.X);
     return compensations_.try_emplace(number, nominal_, arm, bounds_).first->second;
   }
 

@@ -21,7 +21,8 @@ struct PointChange {
 
 /// What becomes of the positions of a program.
 struct ProgramCompensation {
-  std::map<std::size_t, std::vector<krl::Edit>> edits;  ///< by file of the ProgramText; files without any are not in it
+  std::map<std::size_t, std::vector<krl::Edit>>
+      edits;               ///< by file of the ProgramText; files without any are not in it
   std::size_t points = 0;  ///< that motions go to and that the texts tell
   std::vector<PointChange> changes;
   std::vector<krl::LeftAlone> left;
@@ -35,10 +36,10 @@ struct RealFrames {
 };
 
 /// Moves the positions of a program so that the calibrated arm stands where the nominal one would have: for
-/// each the joints that the controller would find, from there the joints of the calibrated arm, and what the
-/// controller has to be told to come to these. S and T follow where an axis crosses their boundary. They
-/// count for LIN and CIRC too, though the controller looks at them in PTP alone: the position was taught at
-/// them.
+/// each the joints that the controller would find, from there the joints of the calibrated arm, and the
+/// position that makes the controller come to these. S and T follow where an axis crosses their boundary.
+/// They count for LIN and CIRC too, though the controller looks at them in PTP alone: the position was taught
+/// at them.
 ///
 /// A position is left alone where it is out of reach or beyond a joint limit, where the correction is too
 /// large to be one, and where two motions use it with different tools or bases.

@@ -94,7 +94,7 @@ int run_add(const AccessCommand& command) {
   file.write();
   if (token.empty()) return kDone;
   std::printf("%s\n", token.c_str());
-  say_beside("truepose: the token of " + command.name + " is kept nowhere: it is not shown again");
+  print_to_stderr("truepose: the token of " + command.name + " is kept nowhere: it is not shown again");
   return kDone;
 }
 

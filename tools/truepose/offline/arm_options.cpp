@@ -34,17 +34,17 @@ Check positive(std::size_t count, const std::string& form) {
 
 }  // namespace
 
-void tell_failed_verdict(const config::ModelFile& model, const std::string& place) {
+void report_failed_verdict(const config::ModelFile& model, const std::string& place) {
   if (!model.verdict || !model.verdict->failed()) return;
   const VerdictColor color = model.verdict->color();
   const std::string to_do = color == VerdictColor::Red ? "do not use it" : "look into that before you use it";
-  say_beside(place + ": judged " + std::string{name_of(kVerdictColorNames, color)} + " when it was made, " +
-             to_do + ": " + model.verdict->findings.front().sentence);
+  print_to_stderr(place + ": judged " + std::string{name_of(kVerdictColorNames, color)} +
+                  " when it was made, " + to_do + ": " + model.verdict->findings.front().sentence);
 }
 
 config::ModelFile load_model_to_use(const std::filesystem::path& file) {
   config::ModelFile model = config::load_model(file);
-  tell_failed_verdict(model, file.string());
+  report_failed_verdict(model, file.string());
   return model;
 }
 
@@ -62,17 +62,17 @@ config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem
   if (const auto why = config::larger_correction(nominal, model.cell, config::poses_of(model.validation),
                                                  model.largest_correction_deg))
     throw config::ConfigError(file.string() + ": the model is refused: " + *why + "; identify again");
-  tell_failed_verdict(model, file.string());
+  report_failed_verdict(model, file.string());
   return model;
 }
 
 void note_open_payload(const config::ModelFile& model, const std::filesystem::path& file,
                        const char* to_say_it) {
   if (!config::is_payload_open(model)) return;
-  say_beside(file.string() +
-             ": measured under several payloads, and the arm's load is not given: it is taken to carry "
-             "nothing; " +
-             to_say_it);
+  print_to_stderr(file.string() +
+                  ": measured under several payloads, and the arm's load is not given: it is taken to carry "
+                  "nothing; " +
+                  to_say_it);
 }
 
 config::ModelFile as_warm(config::ModelFile model, std::span<const double> temperature_c,
@@ -81,7 +81,7 @@ config::ModelFile as_warm(config::ModelFile model, std::span<const double> tempe
   const std::vector<double>& reference_c = model.thermal->reference_c;
   const double mean_c =
       std::accumulate(reference_c.begin(), reference_c.end(), 0.0) / static_cast<double>(reference_c.size());
-  say_beside(
+  print_to_stderr(
       file.string() +
       formatted(": the temperature of the drives is not given: the arm is taken at the model's reference, "
                 "%.1f C on average",

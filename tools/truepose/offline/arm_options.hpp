@@ -21,7 +21,7 @@ struct ArmFiles {
 /// A word on standard error where the model failed a test of its verdict when it was made.
 ///
 /// @param place  that it was read from
-void tell_failed_verdict(const config::ModelFile& model, const std::string& place);
+void report_failed_verdict(const config::ModelFile& model, const std::string& place);
 
 /// Reads a model file, with that word and one where it carries no hash. Throws ConfigError.
 config::ModelFile load_model_to_use(const std::filesystem::path& file);
@@ -29,8 +29,7 @@ config::ModelFile load_model_to_use(const std::filesystem::path& file);
 /// The same, but refuses one of another arm than `nominal`. Throws ConfigError.
 config::ModelFile load_model_of(const RobotModel& nominal, const std::filesystem::path& file);
 
-/// A word on it where nobody says what the arm carries, and that matters: it was measured under several
-/// payloads.
+/// Warns if the arm's payload is not stated, and that matters: it was measured under several payloads.
 ///
 /// @param file       that the model was read from
 /// @param to_say_it  how it is said

@@ -120,9 +120,9 @@ CalibrateOptions options_of(const CalibrateCommand& command) {
 }
 
 std::string refusal(const CalibrateCommand& command, const CalibrationError& error) {
-  if (!error.suspicion) return data_names(command) + ": " + error.detail;
-  const auto station = static_cast<std::size_t>(error.suspicion->station);
-  return mistake_text(*error.suspicion, command.robot_file, command.data_files[station]);
+  if (!error.cause) return data_names(command) + ": " + error.detail;
+  const auto station = static_cast<std::size_t>(error.cause->station);
+  return mistake_text(*error.cause, command.robot_file, command.data_files[station]);
 }
 
 Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot, const MeasurementData& data,
@@ -149,12 +149,13 @@ Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
 CalibrationVerdict verdict_on_one(const CalibrateCommand& command, const RobotModel& robot,
                                   const Outcome& outcome, std::optional<double> tolerance_mm = {}) {
   const auto limits = measured_beyond_limits(robot, outcome.data.points);
-  return calibration_verdict({.calibration = outcome.calibration,
-                              .data = outcome.data,
-                              .stated = noise_of(command.noise),
-                              .tolerance_mm = tolerance_mm,
-                              .task_stated = command.is_local,
-                              .beside = limits ? std::span{&*limits, 1} : std::span<const Finding>{}});
+  return calibration_verdict(
+      {.calibration = outcome.calibration,
+       .data = outcome.data,
+       .stated = noise_of(command.noise),
+       .tolerance_mm = tolerance_mm,
+       .task_stated = command.is_local,
+       .further_findings = limits ? std::span{&*limits, 1} : std::span<const Finding>{}});
 }
 
 CalibrationVerdict verdict_on(const CalibrateCommand& command, const RobotModel& robot,

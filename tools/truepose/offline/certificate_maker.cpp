@@ -14,7 +14,7 @@ namespace truepose::tools {
 
 namespace {
 
-using Bio = std::unique_ptr<BIO, FreedBy<&BIO_free>>;
+using Bio = std::unique_ptr<BIO, CDeleter<&BIO_free>>;
 
 void expect(bool done) {
   if (done) return;
@@ -26,7 +26,7 @@ void expect(bool done) {
 void add_extension(X509& certificate, X509& issuer, int kind, const std::string& value) {
   X509V3_CTX context{};
   X509V3_set_ctx(&context, &issuer, &certificate, nullptr, nullptr, 0);
-  const std::unique_ptr<X509_EXTENSION, FreedBy<&X509_EXTENSION_free>> extension{
+  const std::unique_ptr<X509_EXTENSION, CDeleter<&X509_EXTENSION_free>> extension{
       X509V3_EXT_conf_nid(nullptr, &context, kind, value.c_str())};
   expect(extension && X509_add_ext(&certificate, extension.get(), -1) == 1);
 }
@@ -45,7 +45,7 @@ std::string alternative_names(const std::vector<std::string>& hosts) {
 
 void set_random_serial(X509& certificate) {
   constexpr int kBits = 127;
-  const std::unique_ptr<BIGNUM, FreedBy<&BN_free>> number{BN_new()};
+  const std::unique_ptr<BIGNUM, CDeleter<&BN_free>> number{BN_new()};
   expect(BN_rand(number.get(), kBits, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1 &&
          BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(&certificate)) != nullptr);
 }

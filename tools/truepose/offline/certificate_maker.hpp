@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "tools/truepose/freed_by.hpp"
+#include "tools/truepose/c_deleter.hpp"
 
 namespace truepose::tools {
 
-using PrivateKey = std::unique_ptr<EVP_PKEY, FreedBy<&EVP_PKEY_free>>;
-using X509Certificate = std::unique_ptr<X509, FreedBy<&X509_free>>;
+using PrivateKey = std::unique_ptr<EVP_PKEY, CDeleter<&EVP_PKEY_free>>;
+using X509Certificate = std::unique_ptr<X509, CDeleter<&X509_free>>;
 
 /// A certificate and the private key of it.
 struct Identity {
@@ -29,7 +29,7 @@ struct CertificateTerms {
   std::chrono::days valid;
 };
 
-/// A CA that nobody else vouches for. Keys are on the curve P-256, signatures ECDSA with SHA-256. Each throws
+/// A self-signed CA. Keys are on the curve P-256, signatures ECDSA with SHA-256. Each throws
 /// std::runtime_error with OpenSSL's words.
 Identity new_authority(const std::string& name, std::chrono::days valid);
 /// A certificate of a CA.

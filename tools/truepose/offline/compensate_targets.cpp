@@ -105,7 +105,7 @@ struct ReachedTarget {
   std::optional<double> sigma_mm;  ///< of the position where the arm will stand, with what is given up of it
 };
 
-/// What is told of a target beside its joints, deg and mm.
+/// Columns of a target in addition to its joints, deg and mm.
 struct ReachColumn {
   const char* name;
   json::value (*of)(const ReachedTarget& target);
@@ -157,7 +157,7 @@ class Table {
       : Table(config::load_positioner(file, arm), file.string(), arm) {}
 
   const RobotModel& robot() const { return by_.cell.robot; }
-  bool tells_sigma() const { return by_.covariance.size() > 0; }
+  bool has_sigma() const { return by_.covariance.size() > 0; }
   /// The workpiece in the robot's base.
   Eigen::Isometry3d workpiece_at(const JointVector& e) const {
     return table_in_base(arm_, by_.cell, e) * workpiece_.X;
@@ -176,7 +176,7 @@ class Table {
     auto workpiece = tool_frame(file.workpiece, by_);
     if (!workpiece) throw ConfigError(name + ": " + workpiece.error());
     workpiece_ = *std::move(workpiece);
-    tell_failed_verdict(file.table, name + ": table");
+    report_failed_verdict(file.table, name + ": table");
   }
 
   CalibratedCell arm_;
@@ -200,7 +200,7 @@ class PositionSigma {
 
   bool is_known() const {
     return model_.covariance.size() > 0 && !model_.cell.reflectors.empty() &&
-           (!table_ || table_->tells_sigma());
+           (!table_ || table_->has_sigma());
   }
   /// @param e  joints of the table
   double at(const JointVector& q, const JointVector& e) const {
@@ -249,7 +249,7 @@ class Targets {
         sigma_(model, tool_, base_, table),
         form_(form),
         by_status_(by_status),
-        X_FT_(tool_.value_or(Tool{}).X_told),
+        X_FT_(tool_.value_or(Tool{}).X_controller),
         exact_F_mm_(exact_point(model)),
         position_only_(options.position_only || form == TargetForm::Positions),
         inverse_(nominal, near_of(options.near, nominal)),
@@ -257,9 +257,9 @@ class Targets {
                       options.bounds) {}
 
   bool is_position_only() const { return position_only_; }
-  bool tells_sigma() const { return sigma_.is_known(); }
+  bool has_sigma() const { return sigma_.is_known(); }
   bool is_tool_measured() const { return !tool_ || tool_->measured; }
-  bool tells_base() const { return base_.covariance.has_value(); }
+  bool knows_base_covariance() const { return base_.covariance.has_value(); }
 
   std::expected<ReachedTarget, std::string> reach(Target target) {
     target.X = (table_ ? table_->workpiece_at(target.e) : base_.X) * target.X;
@@ -342,10 +342,10 @@ class Output {
          const std::string& file)
       : options_(options),
         nominal_(nominal),
-        columns_(reach_columns(!targets.is_position_only(), targets.tells_sigma())),
-        tells_sigma_(targets.tells_sigma()),
+        columns_(reach_columns(!targets.is_position_only(), targets.has_sigma())),
+        has_sigma_(targets.has_sigma()),
         is_tool_measured_(targets.is_tool_measured()),
-        tells_base_(targets.tells_base()),
+        knows_base_covariance_(targets.knows_base_covariance()),
         report_{nominal.name, file, targets.is_position_only(), {}},
         turned_{.most = options.max_orientation_residual_deg},
         displaced_{.most = options.max_position_residual_mm} {
@@ -385,16 +385,16 @@ class Output {
   /// @return whether every row keeps its orientation and position as well as was asked for
   bool finish() {
     if (report_file_) report_file_->stream() << report::render_compensation_html(report_);
-    if (!tells_sigma_) note(options_.arm.model.string() + kNoSigma);
+    if (!has_sigma_) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
-    if (tells_sigma_ && !options_.base.empty() && !tells_base_) note(kBaseGiven);
+    if (has_sigma_ && !options_.base.empty() && !knows_base_covariance_) note(kBaseGiven);
     if (turned_.rows > 0)
-      say_beside(
+      print_to_stderr(
           "truepose: " + turned_.text(rows_, "deg of orientation") +
           ": what is far from the point that stays exact is off by that; move these targets away from there, "
           "or allow it by --max-orientation-residual");
     if (displaced_.rows > 0)
-      say_beside(
+      print_to_stderr(
           "truepose: " + displaced_.text(rows_, "mm of position") +
           ": the orientation would be worse than without a correction; move these targets away from there, or "
           "allow it by --max-position-residual");
@@ -430,7 +430,7 @@ class Output {
       if (!document_.contains("notes")) document_["notes"] = json::array{};
       document_["notes"].as_array().emplace_back(std::move(text));
     } else {
-      say_beside("truepose: " + text);
+      print_to_stderr("truepose: " + text);
     }
   }
   std::ostream* csv() {
@@ -441,7 +441,7 @@ class Output {
   const CompensateOptions& options_;
   const RobotModel& nominal_;
   std::vector<ReachColumn> columns_;
-  bool tells_sigma_, is_tool_measured_, tells_base_;
+  bool has_sigma_, is_tool_measured_, knows_base_covariance_;
   std::optional<UnfinishedFile> out_, report_file_;
   json::object document_;
   report::CompensationReport report_;

@@ -31,13 +31,13 @@ struct FrameCommand {
 };
 
 /// Tells it; one that is not to be used ends the command before anything is written.
-void tell(const FrameDocument& told, const FrameCommand& command) {
+void print_document(const FrameDocument& document, const FrameCommand& command) {
   if (command.as_json) {
-    std::cout << control::json_text(record::frame_document(told)) << '\n';
+    std::cout << control::json_text(record::frame_document(document)) << '\n';
   } else {
-    std::cout << frame_text(told);
+    std::cout << frame_text(document);
   }
-  if (const std::string why = record::why_not_usable(told); !why.empty())
+  if (const std::string why = record::why_not_usable(document); !why.empty())
     throw CommandError{kFailed, command.data_file + ": " + why};
 }
 
@@ -56,12 +56,12 @@ struct FrameInput {
   FrameReadings data;
 };
 
-/// @return what is told of the frame, where it was found
-FrameDocument told_of(record::FrameKind kind, const std::expected<MeasuredFrame, std::string>& frame,
-                      const FrameInput& given, const FrameCommand& command) {
+/// @return the frame's document, if it was found
+FrameDocument document_of(record::FrameKind kind, const std::expected<MeasuredFrame, std::string>& frame,
+                          const FrameInput& given, const FrameCommand& command) {
   if (!frame) throw CommandError{kFailed, command.data_file + ": " + frame.error()};
-  return record::frame_document_of(kind, command.number, given.data, *frame, config::as_told(frame->X),
-                                   given.by);
+  return record::frame_document_of(kind, command.number, given.data, *frame,
+                                   config::rounded_for_controller(frame->X), given.by);
 }
 
 int run_tool(const FrameCommand& command) {
@@ -73,11 +73,12 @@ int run_tool(const FrameCommand& command) {
                   : rotation_zyx(abc[0] * kRadPerDeg, abc[1] * kRadPerDeg, abc[2] * kRadPerDeg);
   if (!abc.empty()) given.data = without_orientations(std::move(given.data));
   const auto frame = tool_frame(given.data, given.by, R_else);
-  const FrameDocument told = told_of(record::FrameKind::Tool, frame, given, command);
-  tell(told, command);
+  const FrameDocument document = document_of(record::FrameKind::Tool, frame, given, command);
+  print_document(document, command);
   if (!command.out_file.empty())
-    config::write_text_file(command.out_file, config::tool_yaml({command.number, given.nominal.name,
-                                                                 given.model.serial, told.X, given.data}));
+    config::write_text_file(
+        command.out_file,
+        config::tool_yaml({command.number, given.nominal.name, given.model.serial, document.X, given.data}));
   return kDone;
 }
 
@@ -92,17 +93,17 @@ int run_base(const FrameCommand& command) {
   const TouchingTool tcp{tool ? Eigen::Vector3d(tool->X_FT.translation()) : Eigen::Vector3d(0, 0, 0),
                          tool && tool->measured ? &*tool->measured : nullptr};
   const auto frame = work_frame(given.data, given.by, tcp);
-  FrameDocument told = told_of(record::FrameKind::Base, frame, given, command);
-  if (touched && tool->number > 0) told.touched_by = tool->number;
+  FrameDocument document = document_of(record::FrameKind::Base, frame, given, command);
+  if (touched && tool->number > 0) document.touched_by = tool->number;
   if (touched && !tool->measured)
-    told.notes.push_back(
+    document.notes.push_back(
         "The tool was given, not measured: what it is off by is in this frame, and not in sigma.");
-  tell(told, command);
+  print_document(document, command);
   if (!command.out_file.empty())
-    config::write_text_file(
-        command.out_file,
-        config::base_yaml({command.number, given.nominal.name, given.model.created, told.X, frame->covariance,
-                           given.data, touched ? std::optional{tcp.p_F_mm} : std::nullopt}));
+    config::write_text_file(command.out_file,
+                            config::base_yaml({command.number, given.nominal.name, given.model.created,
+                                               document.X, frame->covariance, given.data,
+                                               touched ? std::optional{tcp.p_F_mm} : std::nullopt}));
   return kDone;
 }
 

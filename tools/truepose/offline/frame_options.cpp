@@ -24,7 +24,7 @@ std::optional<Eigen::Isometry3d> frame_of(const FrameWords& words, const std::st
 std::optional<Tool> tool_of(const FrameWords& words, const std::string& option, const RobotModel& nominal,
                             const config::ModelFile& model) {
   if (words.empty()) return std::nullopt;
-  if (const auto X = frame_of(words, option)) return Tool{.X_told = *X, .X_FT = *X, .measured = {}};
+  if (const auto X = frame_of(words, option)) return Tool{.X_controller = *X, .X_FT = *X, .measured = {}};
   const config::ToolFile file = config::load_tool(words[0], nominal);
   if (!file.serial.empty() && !model.serial.empty() && file.serial != model.serial)
     throw ConfigError(words[0] + ": the tool was measured on arm " + file.serial +
@@ -33,7 +33,7 @@ std::optional<Tool> tool_of(const FrameWords& words, const std::string& option, 
       config::measuring_cell(model).value_or(MeasuringCell{model.cell, {}, {.repeatability_mm = 1}});
   const auto measured = config::tool_under(by, file);
   if (!measured) throw ConfigError(words[0] + ": " + measured.error());
-  return Tool{file.number, file.X_told, measured->X, *measured};
+  return Tool{file.number, file.X_controller, measured->X, *measured};
 }
 
 std::optional<Base> base_of(const FrameWords& words, const std::string& option,

@@ -11,11 +11,11 @@
 
 namespace truepose::tools {
 
-/// A tool that a command is told: by its numbers, or by what `truepose tool` measured.
+/// A tool of a command: given by its numbers, or by a file of `truepose tool`.
 struct Tool {
-  int number = 0;                                            ///< of TOOL_DATA; 0: told by its numbers
-  Eigen::Isometry3d X_told = Eigen::Isometry3d::Identity();  ///< what the controller has
-  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();    ///< where it is on the calibrated arm's flange
+  int number = 0;                                                  ///< of TOOL_DATA; 0: given by its numbers
+  Eigen::Isometry3d X_controller = Eigen::Isometry3d::Identity();  ///< what the controller has
+  Eigen::Isometry3d X_FT = Eigen::Isometry3d::Identity();  ///< where it is on the calibrated arm's flange
   std::optional<MeasuredFrame> measured;
 };
 

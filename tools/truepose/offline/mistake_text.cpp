@@ -15,13 +15,13 @@ std::string place_of(const Mistake& mistake, const std::string& robot_file, cons
 
 }  // namespace
 
-std::string mistake_text(const Suspicion& suspicion, const std::string& robot_file,
+std::string mistake_text(const ProbableCause& cause, const std::string& robot_file,
                          const std::string& data_file) {
-  if (suspicion.mistakes.empty()) return data_file + ": " + in_words(suspicion);
+  if (cause.mistakes.empty()) return data_file + ": " + in_words(cause);
   std::string places;
-  for (const Mistake& mistake : suspicion.mistakes) places += place_of(mistake, robot_file, data_file) + ": ";
-  const bool by_hand = std::ranges::any_of(suspicion.mistakes, &Mistake::is_mended_by_hand);
-  return places + in_words(suspicion) + (by_hand ? "" : "; `truepose robot fix` writes it corrected");
+  for (const Mistake& mistake : cause.mistakes) places += place_of(mistake, robot_file, data_file) + ": ";
+  const bool by_hand = std::ranges::any_of(cause.mistakes, &Mistake::needs_manual_fix);
+  return places + in_words(cause) + (by_hand ? "" : "; `truepose robot fix` writes it corrected");
 }
 
 }  // namespace truepose::tools

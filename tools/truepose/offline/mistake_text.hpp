@@ -7,7 +7,7 @@
 namespace truepose::tools {
 
 /// What is wrong with a robot file or a measurement file, and where: one line that begins with the place.
-std::string mistake_text(const Suspicion& suspicion, const std::string& robot_file,
+std::string mistake_text(const ProbableCause& cause, const std::string& robot_file,
                          const std::string& data_file);
 
 }  // namespace truepose::tools

@@ -49,32 +49,32 @@ std::optional<Eigen::Isometry3d> given_root(const PositionerCommand& command) {
   return pose_from_kuka({v[0], v[1], v[2]}, {v[3], v[4], v[5]});
 }
 
-std::string text_of(const PositionerDocument& told) {
-  std::string text = formatted("Root of machine %d in the robot's base\n", told.number) +
-                     pose_text(told.X_BR, told.sigma_mm, told.sigma_deg) + "\n";
-  for (const PositionerDocument::Axis& axis : told.axes)
+std::string text_of(const PositionerDocument& document) {
+  std::string text = formatted("Root of machine %d in the robot's base\n", document.number) +
+                     pose_text(document.X_BR, document.sigma_mm, document.sigma_deg) + "\n";
+  for (const PositionerDocument::Axis& axis : document.axes)
     text += formatted("Axis %d goes through (%.3f %.3f %.3f) along (%.6f %.6f %.6f).\n", axis.joint,
                       axis.p_mm.x(), axis.p_mm.y(), axis.p_mm.z(), axis.direction.x(), axis.direction.y(),
                       axis.direction.z());
-  for (const PositionerDocument::Link& link : told.links)
+  for (const PositionerDocument::Link& link : document.links)
     text += formatted("%s is %.4f %s, nominal %.4f, sigma %.4f.\n", link.name.c_str(), link.value,
                       link.unit.c_str(), link.nominal, link.sigma);
-  for (const std::string& note : told.notes) text += note + "\n";
-  text += told.krl + "\n";
-  return told.workpiece ? text + "\nWorkpiece on the table, as the controller has the table\n" +
-                              tools::frame_text(*told.workpiece)
-                        : text;
+  for (const std::string& note : document.notes) text += note + "\n";
+  text += document.krl + "\n";
+  return document.workpiece ? text + "\nWorkpiece on the table, as the controller has the table\n" +
+                                  tools::frame_text(*document.workpiece)
+                            : text;
 }
 
 /// Tells it; one that is not to be used ends the command before anything is written.
-void tell(const PositionerDocument& told, const PositionerCommand& command) {
+void print_document(const PositionerDocument& document, const PositionerCommand& command) {
   if (command.as_json) {
-    std::cout << control::json_text(record::positioner_document(told)) << '\n';
+    std::cout << control::json_text(record::positioner_document(document)) << '\n';
   } else {
-    std::cout << text_of(told);
+    std::cout << text_of(document);
   }
-  if (!told.workpiece) return;
-  if (const std::string why = record::why_not_usable(*told.workpiece); !why.empty())
+  if (!document.workpiece) return;
+  if (const std::string why = record::why_not_usable(*document.workpiece); !why.empty())
     throw CommandError{kFailed, command.data_file + ": " + why};
 }
 
@@ -107,22 +107,22 @@ int run_positioner(const PositionerCommand& command) {
   const PositionerRoot root = positioner_root(arm.by, table.by, table.nominal, X_near);
   if (const std::string why = why_turned(root.X_BR, arm.nominal, table.nominal, X_given); !why.empty())
     throw CommandError{kFailed, command.table.robot.string() + ": " + why};
-  const Eigen::Isometry3d X_told = config::as_told(root.X_BR);
-  PositionerDocument told = record::positioner_document_of(command.number, root, X_told, arm.by, table.by,
-                                                           table.model.parameters, X_given);
+  const Eigen::Isometry3d X_controller = config::rounded_for_controller(root.X_BR);
+  PositionerDocument document = record::positioner_document_of(command.number, root, X_controller, arm.by,
+                                                               table.by, table.model.parameters, X_given);
   FrameReadings data;
   if (!command.data_file.empty()) {
     data = workpiece_readings(command, table.nominal);
     const MeasuredFrame frame =
         workpiece_frame(workpiece_of(command, data, table.by), arm.by, table.by, table.nominal, X_near);
-    told.workpiece = record::frame_document_of(record::FrameKind::Base, command.base_number, data, frame,
-                                               config::as_told(frame.X), table.by);
+    document.workpiece = record::frame_document_of(record::FrameKind::Base, command.base_number, data, frame,
+                                                   config::rounded_for_controller(frame.X), table.by);
   }
-  tell(told, command);
+  print_document(document, command);
   if (!command.out_file.empty())
     config::write_text_file(command.out_file,
                             config::positioner_yaml({command.number, arm.nominal.name, arm.model.created,
-                                                     X_told, table.model, data}));
+                                                     X_controller, table.model, data}));
   return kDone;
 }
 

@@ -149,7 +149,7 @@ int run_replay(const Replay& command) {
                                               stream_text(report->stream);
   std::fputs(text.c_str(), stdout);
   if (!report->damage.empty())
-    say_beside("truepose: " + command.file + ": " + report->damage + ": read up to there");
+    print_to_stderr("truepose: " + command.file + ": " + report->damage + ": read up to there");
   return report->same() ? kDone : kFailed;
 }
 

@@ -19,8 +19,8 @@ struct RobotFix {
   std::string robot_file, data_file, out_file, out_data_file;
 };
 
-bool is_in(MistakenFile file, const Suspicion& suspicion) {
-  return std::ranges::any_of(suspicion.mistakes, [&](const Mistake& each) { return each.file == file; });
+bool is_in(MistakenFile file, const ProbableCause& cause) {
+  return std::ranges::any_of(cause.mistakes, [&](const Mistake& each) { return each.file == file; });
 }
 
 std::string measurements_text(const MeasurementData& data, const RobotModel& robot) {
@@ -29,19 +29,19 @@ std::string measurements_text(const MeasurementData& data, const RobotModel& rob
   return text.str();
 }
 
-/// The files that are to be written, mended.
-std::vector<config::TextFile> mended_files(const RobotFix& command, const Suspicion& suspicion,
-                                           const MeasurementData& data) {
-  const std::string mistake = mistake_text(suspicion, command.robot_file, command.data_file);
+/// The fixed files to write.
+std::vector<config::TextFile> fixed_files(const RobotFix& command, const ProbableCause& cause,
+                                          const MeasurementData& data) {
+  const std::string mistake = mistake_text(cause, command.robot_file, command.data_file);
   std::vector<config::TextFile> files;
-  if (is_in(MistakenFile::Robot, suspicion)) {
+  if (is_in(MistakenFile::Robot, cause)) {
     if (command.out_file.empty()) throw CommandError{kFailed, mistake + " where --out says"};
-    files.push_back({command.out_file, config::mended_robot_text(command.robot_file, suspicion.mended_arm)});
+    files.push_back({command.out_file, config::fixed_robot_text(command.robot_file, cause.fixed_arm)});
   }
-  if (is_in(MistakenFile::Measurements, suspicion)) {
+  if (is_in(MistakenFile::Measurements, cause)) {
     if (command.out_data_file.empty()) throw CommandError{kFailed, mistake + " where --out-data says"};
-    files.push_back({command.out_data_file,
-                     measurements_text({data.smr_names, suspicion.mended_points}, suspicion.mended_arm)});
+    files.push_back(
+        {command.out_data_file, measurements_text({data.smr_names, cause.fixed_points}, cause.fixed_arm)});
   }
   return files;
 }
@@ -49,18 +49,18 @@ std::vector<config::TextFile> mended_files(const RobotFix& command, const Suspic
 int run_fix(const RobotFix& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
   const MeasurementData data = config::load_measurements(command.data_file, robot);
-  const auto suspicion = suspect(robot, data, processor_count());
-  if (!suspicion)
+  const auto cause = diagnose_files(robot, data, processor_count());
+  if (!cause)
     throw CommandError{kFailed, command.robot_file + ": nothing to correct, as far as " + command.data_file +
                                     " shows: no file was written"};
-  if (suspicion->mistakes.empty())
-    throw CommandError{kFailed, mistake_text(*suspicion, command.robot_file, command.data_file)};
-  if (std::ranges::any_of(suspicion->mistakes, &Mistake::is_mended_by_hand))
-    throw CommandError{
-        kFailed, mistake_text(*suspicion, command.robot_file, command.data_file) + ": no file was written"};
-  const auto files = mended_files(command, *suspicion, data);
+  if (cause->mistakes.empty())
+    throw CommandError{kFailed, mistake_text(*cause, command.robot_file, command.data_file)};
+  if (std::ranges::any_of(cause->mistakes, &Mistake::needs_manual_fix))
+    throw CommandError{kFailed,
+                       mistake_text(*cause, command.robot_file, command.data_file) + ": no file was written"};
+  const auto files = fixed_files(command, *cause, data);
   config::write_together(files);
-  std::printf("%s\n", in_words(*suspicion).c_str());
+  std::printf("%s\n", in_words(*cause).c_str());
   for (const config::TextFile& file : files) std::printf("%s: written\n", file.path.c_str());
   return kDone;
 }

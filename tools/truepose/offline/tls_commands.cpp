@@ -29,7 +29,7 @@ struct TlsCommand {
 fs::path ca_file(const fs::path& folder) { return folder / "ca.pem"; }
 fs::path ca_key_file(const fs::path& folder) { return folder / "ca.key"; }
 
-/// Certificate and key, the key for nobody but us.
+/// Certificate and key; only we can read the key.
 void write(const Identity& identity, const fs::path& certificate, const fs::path& key) {
   const mode_t usual = ::umask(0077);
   config::write_text_file(key, pem_of(*identity.key));

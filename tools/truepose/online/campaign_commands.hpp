@@ -42,7 +42,7 @@ int list_campaigns(const OnlineOptions& online, const StoreFile& store);
 /// Shows a campaign, and writes what it found to files.
 int show_campaign(const OnlineOptions& online, const StoreFile& store, const boost::json::object& params,
                   const CampaignFiles& files);
-/// The same with at least one file, of which only that they were written is told.
+/// The same with at least one file; prints only that they were written.
 int export_campaign(const OnlineOptions& online, const StoreFile& store, const boost::json::object& params,
                     const CampaignFiles& files);
 

@@ -50,8 +50,8 @@ class Display {
   std::string line_;
 };
 
-/// What an event tells beside the progress; empty: nothing that belongs to a campaign.
-std::string told_by(const control::Event& event) {
+/// Text of an event other than progress; empty: it does not belong to a campaign.
+std::string event_text(const control::Event& event) {
   const json::value data = event.data;
   if (event.topic == "log") return string_at(data, "/level") == "warning" ? string_at(data, "/text") : "";
   if (event.topic != "cell") return {};
@@ -60,18 +60,18 @@ std::string told_by(const control::Event& event) {
   return concerns ? string_at(data, "/reason") : "";
 }
 
-/// Says at an interruption what goes on without this program.
-class Farewell {
+/// Says at an interruption what continues without this program.
+class InterruptNotice {
  public:
-  explicit Farewell(const std::string& id) {
+  explicit InterruptNotice(const std::string& id) {
     text() = formatted(
         "\ncampaign %s continues. Follow it: truepose campaign watch\nEnd it: truepose campaign abort\n",
         id.c_str());
     std::signal(SIGINT, &say);
   }
-  ~Farewell() { std::signal(SIGINT, SIG_DFL); }
-  Farewell(const Farewell&) = delete;
-  Farewell& operator=(const Farewell&) = delete;
+  ~InterruptNotice() { std::signal(SIGINT, SIG_DFL); }
+  InterruptNotice(const InterruptNotice&) = delete;
+  InterruptNotice& operator=(const InterruptNotice&) = delete;
 
  private:
   static std::string& text() {
@@ -98,7 +98,7 @@ std::string next_after(const std::string& kind, const std::string& id) {
   return "truepose campaign show " + id;
 }
 
-/// Whoever watches is told what becomes of the campaign where its daemon is gone.
+/// Reports what happens to the campaign if the daemon is gone.
 control::Event next_event(RpcClient& client) {
   auto event = client.next_event();
   if (!event)
@@ -115,12 +115,12 @@ void subscribe_to_watch(RpcClient& client) {
 }
 
 json::value watch_to_end(RpcClient& client, const std::string& id, json::value progress, bool silent) {
-  const Farewell farewell{id};
+  const InterruptNotice notice{id};
   Display display{silent};
   display.show(progress);
   while (!is_over(string_at(progress, "/phase"))) {
     const control::Event event = next_event(client);
-    if (const std::string what = told_by(event); !what.empty()) display.tell(event, what);
+    if (const std::string what = event_text(event); !what.empty()) display.tell(event, what);
     json::value data = event.data;
     if (event.topic != "campaign" || string_at(data, "/id") != id) continue;
     progress = std::move(data);

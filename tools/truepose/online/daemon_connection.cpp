@@ -86,8 +86,8 @@ std::expected<DaemonConnection, CommandError> connect_over_tcp(const std::string
 }
 
 /// Whether the process behind a control socket is the one that its folder belongs to. A folder that others
-/// may write would let anybody put a socket there.
-std::optional<std::string> stranger_behind(int socket, const fs::path& path) {
+/// may write would let any user put a socket there.
+std::optional<std::string> unexpected_server_behind(int socket, const fs::path& path) {
   ucred server{};
   socklen_t size = sizeof server;
   struct stat folder {};
@@ -115,7 +115,7 @@ std::expected<DaemonConnection, CommandError> connect_locally(const fs::path& pa
   };
   if (socket < 0 || ::connect(socket, reinterpret_cast<const sockaddr*>(&name), sizeof name) != 0)
     return failed(std::strerror(errno));
-  if (const auto stranger = stranger_behind(socket, path)) return failed(*stranger);
+  if (const auto other_server = unexpected_server_behind(socket, path)) return failed(*other_server);
   return DaemonConnection{plain_channel(socket), path, {}};
 }
 

@@ -31,8 +31,8 @@ struct DaemonConnection {
 };
 
 /// Errors: kBadInput for an address or a file that cannot be used and several daemons to choose from,
-/// kUnreachable where nobody answers, for a control socket that is not served by the owner of its folder and
-/// for a daemon whose certificate does not hold.
+/// kUnreachable where no daemon answers, for a control socket that is not served by the owner of its folder
+/// and for a daemon whose certificate does not hold.
 std::expected<DaemonConnection, CommandError> connect_to_daemon(const DaemonAddress& address);
 
 }  // namespace truepose::tools

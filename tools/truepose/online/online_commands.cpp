@@ -61,8 +61,8 @@ int print_events(const OnlineArguments& given, const json::object& params) {
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
   const json::value subscribed = value_or_throw(client.call("events.subscribe", params));
   for (const json::value& gap : list_at(subscribed, "/missing"))
-    say_beside("truepose: events " + text_at(gap, "/first") + " to " + text_at(gap, "/last") +
-               " may be missing: " + text_at(gap, "/reason"));
+    print_to_stderr("truepose: events " + text_at(gap, "/first") + " to " + text_at(gap, "/last") +
+                    " may be missing: " + text_at(gap, "/reason"));
   for (std::uint64_t seen = 0; !given.count || seen < *given.count; ++seen) {
     const control::Event event = value_or_throw(client.next_event());
     print(given.online.json

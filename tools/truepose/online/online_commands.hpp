@@ -32,8 +32,8 @@ struct ReportOptions {
   std::string campaign;            ///< id; empty: the newest that is done
   std::filesystem::path store;     ///< a store's file instead of the daemon
   std::filesystem::path document;  ///< a calibration document on a file instead of the daemon's
-  std::filesystem::path truth;     ///< what a simulated arm really is, to stand beside what was identified
-  std::filesystem::path path;      ///< what a production program did (CSV), to be judged beside it
+  std::filesystem::path truth;     ///< the true simulated arm, to compare with the identified one
+  std::filesystem::path path;      ///< the measured path of a production program (CSV), to be judged with it
   std::filesystem::path robot, model;    ///< by which the path alone is judged, without a campaign
   std::filesystem::path iso9283, frame;  ///< documents that the page gets sections of
   std::filesystem::path html, json;      ///< files to write

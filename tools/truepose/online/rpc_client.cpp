@@ -96,16 +96,16 @@ std::expected<void, CommandError> RpcClient::open_by_token(const std::string& en
   return {};
 }
 
-// Whoever sits at the daemon's port learns nothing from it, and is found out unless he knows the token too.
+// Another server at the daemon's port learns nothing from it, and is detected unless it knows the token too.
 std::expected<void, CommandError> RpcClient::open_by_proof(const std::string& endpoint,
                                                            const std::string& token) {
   const auto challenge = call("session.challenge", {}, kHelloPatience);
   if (!challenge) return std::unexpected(challenge.error());
-  const CommandError stranger{
+  const CommandError unexpected_server{
       kUnreachable,
       "the server at " + daemon_ + " does not know the token: no trueposed, or one of another cell"};
   const std::string server_nonce = string_at(*challenge, "/nonce");
-  if (!control::is_nonce(server_nonce)) return std::unexpected(stranger);
+  if (!control::is_nonce(server_nonce)) return std::unexpected(unexpected_server);
   const control::SessionTerms terms{endpoint, control::new_nonce(), server_nonce};
   const auto hello = call("session.hello",
                           hello_params({{"nonce", terms.client_nonce},
@@ -113,7 +113,7 @@ std::expected<void, CommandError> RpcClient::open_by_proof(const std::string& en
                           kHelloPatience);
   if (!hello) return std::unexpected(hello.error());
   if (string_at(*hello, "/proof") != session_proof(token, control::Prover::Server, terms))
-    return std::unexpected(stranger);
+    return std::unexpected(unexpected_server);
   return {};
 }
 

@@ -9,15 +9,15 @@
 #include <optional>
 #include <utility>
 
-#include "tools/truepose/freed_by.hpp"
+#include "tools/truepose/c_deleter.hpp"
 #include "tools/truepose/online/channel.hpp"
 
 namespace truepose::tools {
 
 namespace {
 
-using SslContext = std::unique_ptr<SSL_CTX, FreedBy<&SSL_CTX_free>>;
-using Ssl = std::unique_ptr<SSL, FreedBy<&SSL_free>>;
+using SslContext = std::unique_ptr<SSL_CTX, CDeleter<&SSL_CTX_free>>;
+using Ssl = std::unique_ptr<SSL, CDeleter<&SSL_free>>;
 
 /// OpenSSL's socket, but that writing to a daemon that is gone ends with an error, not with SIGPIPE.
 const BIO_METHOD* quiet_socket() {
@@ -94,7 +94,7 @@ class TlsChannel final : public Channel {
   }
 
  private:
-  /// Waits for what TLS waits for. @return why it cannot go on; none where it can
+  /// Waits for what TLS waits for. @return why it cannot continue; none where it can
   std::optional<std::string> wait_after(int result, Deadline until) {
     const int system_error = errno;
     switch (SSL_get_error(ssl_.get(), result)) {

@@ -66,7 +66,7 @@ class FakeHost : public Host {
 /// Sources, loaded and run against a FakeHost. Throws std::runtime_error where they do not load.
 class Bench {
  public:
-  /// @param declarations      beside the controller's
+  /// @param declarations  in addition to the controller's
   /// @param pass_advance_run  names that do not stop it
   explicit Bench(std::vector<Source> sources, const std::string& declarations = "",
                  std::vector<std::string> pass_advance_run = {});
@@ -89,7 +89,7 @@ class Bench {
   std::deque<Interpreter> interpreters;
 };
 
-/// What a controller has beside the interpreter's own, and `declarations`.
+/// Declarations of a controller in addition to the interpreter's, and `declarations`.
 Environment cell(const std::string& declarations = "");
 
 /// A main program P whose statements stand between DEF and END; `data` and `more` stand in its data list and

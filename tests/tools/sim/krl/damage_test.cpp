@@ -9,7 +9,7 @@
 namespace truepose::sim::krl {
 namespace {
 
-/// Runs what still loads: it may stop with a fault, but not crash, and time goes on.
+/// Runs what still loads: it may stop with a fault, but not crash, and time continues.
 /// @return whether it loads
 bool survives(const std::vector<Source>& sources) {
   if (!load_error(sources).empty()) return false;

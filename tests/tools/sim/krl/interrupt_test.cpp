@@ -140,7 +140,7 @@ TEST(Brake, WaitsUntilTheArmStandsAndThenGoesOn) {
   EXPECT_EQ(bench.host.log, (Events{"move 1", "brake", "go on", "1 is made"}));
 }
 
-TEST(Brake, WithAllForceIsToldToTheArm) {
+TEST(Brake, WithAllForceIsPassedToTheArm) {
   EXPECT_EQ(interrupted("PTP {A1 1}", "BRAKE F\nWAIT FOR FALSE").host.log, (Events{"move 1", "brake hard"}));
 }
 
@@ -149,7 +149,7 @@ TEST(Brake, OutsideOfAnInterruptStopsTheProgram) {
   EXPECT_EQ(bench.start("P").fault()->text(), "p.src:2: BRAKE stands outside of an interrupt program");
 }
 
-TEST(Brake, LetsTheInterruptMoveAndMakesTheRestAnew) {
+TEST(Brake, LetsTheInterruptMoveAndPlansTheRestAgain) {
   Bench bench = interrupted("PTP {A1 1}\nJ=1", "BRAKE\nPTP {A1 50}\nI=1");
   bench.run_for(100ms + 1s);
   EXPECT_EQ(bench.integer("I"), 1);

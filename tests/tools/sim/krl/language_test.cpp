@@ -85,7 +85,7 @@ TEST(Expressions, StopTheProgramAtAVariableWithoutAValue) {
   EXPECT_EQ(fault_of("DECL E6POS Q[2]\nQ[2].X=1\nR=Q[2].Y"), "p.src:4: the variable Q[2].Y has no value");
 }
 
-TEST(Variables, AreNotToldFromOneAnotherByCapitals) { EXPECT_EQ(ran("i = 4\nJ=I").integer("J"), 4); }
+TEST(Variables, AreNotDistinguishedByCapitals) { EXPECT_EQ(ran("i = 4\nJ=I").integer("J"), 4); }
 
 TEST(Variables, OfAStructureAreSetByComponentsAndAggregates) {
   const std::string data =
@@ -196,7 +196,7 @@ TEST(Texts, AreRead) {
   EXPECT_TRUE(std::get<bool>(bench.variable("B")));
 }
 
-TEST(Texts, ThatCannotBeReadAreTold) {
+TEST(Texts, ThatCannotBeReadAreReported) {
   const auto state = [](const std::string& text, const std::string& format, const std::string& variable) {
     const Bench bench =
         ran("T[]=\"" + text + "\"\nOFFSET=0\nSREAD(T[],STATE,OFFSET,\"" + format + "\"," + variable +
@@ -225,7 +225,7 @@ TEST(Texts, AreReadIntoVariables) {
             "p.src:2: SREAD takes a text, a state, an offset, a format and variables");
 }
 
-TEST(Texts, ThatDoNotFitAreTold) {
+TEST(Texts, ThatDoNotFitAreReported) {
   const Bench bench = ran("OFFSET=0\nSWRITE(S[],STATE,OFFSET,\"%20d\",1)\nI=OFFSET\nB=STATE.RET1==#FMT_ERR",
                           "DECL STATE_T STATE\nDECL INT OFFSET");
   EXPECT_EQ(bench.integer("I"), 0);

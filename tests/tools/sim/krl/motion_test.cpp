@@ -61,7 +61,7 @@ TEST(AdvanceRun, OfZeroWaitsForTheEndOfEachMotion) {
   EXPECT_EQ(bench.host.log, (Log{"move 1", "1 is made", "move 2", "2 is made"}));
 }
 
-TEST(AdvanceRun, GoesAheadAsManyMotionsAsItIsTold) {
+TEST(AdvanceRun, GoesAheadAsManyMotionsAsAdvanceSays) {
   Bench bench = moving("$ADVANCE=2\nFOR I=1 TO 5\nPTP {A1 1}\nJ=I\nENDFOR");
   EXPECT_EQ(bench.host.moved.size(), 3u) << "one is made, two wait";
   EXPECT_EQ(bench.integer("J"), 2) << "it stands in the third motion";
@@ -185,7 +185,7 @@ TEST(ProgramControl, AFaultBrakesIsShownAndNeedsAReset) {
   EXPECT_TRUE(interpreter.start());
 }
 
-TEST(Submit, RunsBesideTheRobotAndSharesItsData) {
+TEST(Submit, RunsConcurrentlyWithTheRobotAndSharesItsData) {
   std::vector<Source> sources = program_of("WAIT FOR I==3\nJ=1\nPTP {A1 1}", "GLOBAL INT I=0\nDECL INT J=0");
   sources.push_back({"s.sub", "DEF S()\nLOOP\nI=I+1\nWAIT SEC 0.012\nENDLOOP\nEND\n"});
   Bench bench(sources);

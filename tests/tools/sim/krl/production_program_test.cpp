@@ -136,7 +136,7 @@ TEST(ProductionProgram, IsNotTakenInByTheLastWordOfAnRsiThatTimedOut) {
             Said{"RSI had ended before TP_END: the points since were not corrected"});
 }
 
-TEST(ProductionProgram, OpensRsiAnewWhereItTimedOutBeforeTheCorrectionWasInForce) {
+TEST(ProductionProgram, ReopensRsiWhereItTimedOutBeforeTheCorrectionWasInEffect) {
   Production cell;
   cell.bench.run_for(2s);
   cell.tell_gain(40);
@@ -144,7 +144,7 @@ TEST(ProductionProgram, OpensRsiAnewWhereItTimedOutBeforeTheCorrectionWasInForce
   cell.end_rsi();
   cell.bench.run_for(2s);
   EXPECT_EQ(cell.program->state(), ProgramState::Stopped);
-  EXPECT_EQ(cell.bench.host.messages, Said{"RSI has ended: start the program again, and it is opened anew"});
+  EXPECT_EQ(cell.bench.host.messages, Said{"RSI has ended: start the program again to reopen it"});
   cell.program->start();
   cell.bench.run_for(2s);
   EXPECT_EQ(cell.said, (Said{"RSI_RESET", "RSI_CREATE", "RSI_ON", "RSI_RESET", "RSI_CREATE", "RSI_ON"}));

@@ -19,8 +19,8 @@ class ScriptedCell {
   explicit ScriptedCell(std::vector<Source> sources = shipped_sources(),
                         std::vector<std::string> pass_advance_run = {});
 
-  /// A client comes to every channel that listens; one that had a client does only when it was cleared,
-  /// loaded and opened anew.
+  /// A client comes to every channel that listens; one that had a client does only after it was cleared,
+  /// loaded and opened again.
   void connect();
   void disconnect();
   /// So fast that no program saw it.
@@ -30,7 +30,7 @@ class ScriptedCell {
   /// A control to the state server.
   void control(int id, int op, int value = 0);
 
-  /// What CellLink sent: "Hello", "Ack 1 2 0" (id, state, error), and what RSI was told.
+  /// What CellLink sent: "Hello", "Ack 1 2 0" (id, state, error), and what was sent to RSI.
   std::vector<std::string> said;
   std::function<void(const std::string&)> on_send = [](const std::string&) {};  ///< at each of these
   /// What the last document of CellState held: "CellState/Robot/State/@ModeOp" ...

@@ -23,31 +23,31 @@ TEST(StateServer, AnswersEachControlWithTheState) {
 TEST(StateServer, TellsByRsiOfStopGateAndToolAsLongAsItRuns) {
   ScriptedCell cell;
   cell.bench.start("SPS", InterpreterKind::Submit);
-  const auto told = [&] {
+  const auto signals = [&] {
     cell.bench.run_for(40ms);
     return rsi::cell_signals(std::get<std::int32_t>(cell.bench.host.variables["$SEN_PINT[3]"]));
   };
-  const auto first = told();
+  const auto first = signals();
   ASSERT_TRUE(first) << "nobody is connected";
   cell.bench.host.set("$ACT_TOOL", 3);
   cell.bench.host.set("$ALARM_STOP", false);
-  const auto pressed = told();
+  const auto pressed = signals();
   EXPECT_EQ(pressed, (rsi::CellSignals{true, false, 3, pressed->count}));
   EXPECT_GT(pressed->count, first->count);
   cell.bench.host.set("$ALARM_STOP", true);
   cell.bench.host.set("$USER_SAF", false);
   cell.bench.host.variables.erase("$ACT_TOOL");
-  const auto open = told();
+  const auto open = signals();
   EXPECT_EQ(open, (rsi::CellSignals{false, true, {}, open->count}));
   int last = open->count;
   for (int cycle = 0; cycle < 1000; ++cycle) {
-    const auto now = told();
+    const auto now = signals();
     ASSERT_TRUE(now) << "after " << last;
     last = now->count;
   }
   EXPECT_LE(last, 1000);
   cell.bench.host.set("$ACT_TOOL", 256);
-  EXPECT_FALSE(told()) << "the word has no room for it";
+  EXPECT_FALSE(signals()) << "the word has no room for it";
 }
 
 TEST(StateServer, BoundsTheOverride) {
@@ -220,7 +220,7 @@ TEST(StateServerInSps, TakesTheNextClientWheneverOneIsGone) {
   }
   cell.connect_and_disconnect_unseen();
   cell.connect();
-  EXPECT_EQ(cell.answers(6), 0) << "the channel waits to be opened anew";
+  EXPECT_EQ(cell.answers(6), 0) << "the channel waits to be reopened";
   cell.pass(11s);
   cell.connect();
   EXPECT_EQ(cell.answers(7), 1) << cell.fault();

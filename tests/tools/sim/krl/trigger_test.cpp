@@ -91,7 +91,7 @@ TEST(Triggers, AreDroppedWithTheirMotions) {
   EXPECT_EQ(bench.integer("I"), 0);
 }
 
-TEST(Triggers, OfAMotionThatIsMadeAnewComeWithIt) {
+TEST(Triggers, OfAMotionThatIsPlannedAgainComeWithIt) {
   Bench bench(
       program_of("INTERRUPT DECL 10 WHEN $FLAG[1] DO HANDLER()\nINTERRUPT ON 10\n"
                  "TRIGGER WHEN DISTANCE=1 DELAY=0 DO I=J\nLIN Q\nWAIT FOR $FLAG[9]",

@@ -1,4 +1,4 @@
-#include "core/fit/likely_scale.hpp"
+#include "core/fit/variance_components.hpp"
 
 #include <algorithm>
 
@@ -83,8 +83,8 @@ EvidenceProblem evidence_problem(const CalibratedCell& cell, const LeastSquaresP
 
 }  // namespace
 
-LikelyScale most_likely_scale(const CalibratedCell& cell, const LeastSquaresProblem& problem,
-                              const ScaleExpectation& expected) {
+VarianceComponents most_likely_components(const CalibratedCell& cell, const LeastSquaresProblem& problem,
+                                          const ScaleExpectation& expected) {
   const Classes classes = classes_of(ParameterLayout::of(cell), problem, expected);
   EvidenceProblem of_points = evidence_problem(cell, problem, classes);
   of_points.noise = expected.noise;
@@ -93,7 +93,7 @@ LikelyScale most_likely_scale(const CalibratedCell& cell, const LeastSquaresProb
   of_points.classes.insert(of_points.classes.end(), expected.deviations.begin(), expected.deviations.end());
   const Evidence evidence = most_evident(of_points);
 
-  LikelyScale likely{.sigma_mm = evidence.noise, .links = {}, .term_widths = {}};
+  VarianceComponents likely{.sigma_mm = evidence.noise, .links = {}, .term_widths = {}};
   if (problem.prior.weight.size() > 0) {
     likely.links = expected.links;
     likely.links->length_mm = evidence.width[kLength];
@@ -110,7 +110,7 @@ WidthExpectation expected_noise(double stated_mm) {
   return stated_mm > 0 ? WidthExpectation{stated_mm, kStatedLogDeviation} : kUsual;
 }
 
-Prior prior_of(const CalibratedCell& cell, const Prior& links, const LikelyScale& likely) {
+Prior prior_of(const CalibratedCell& cell, const Prior& links, const VarianceComponents& likely) {
   const ParameterLayout layout = ParameterLayout::of(cell);
   Prior prior{Eigen::VectorXd::Zero(layout.size()), Eigen::VectorXd::Zero(layout.size()), likely.sigma_mm};
   if (likely.links) {

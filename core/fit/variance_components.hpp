@@ -24,23 +24,23 @@ struct ScaleExpectation {
 };
 
 /// Noise and widths under which measured points are most likely.
-struct LikelyScale {
+struct VarianceComponents {
   double sigma_mm = 0;              ///< noise of a whitened coordinate
   std::optional<PriorScale> links;  ///< where the problem has a prior of the links
   std::vector<double> term_widths;  ///< of each deviation term
 
-  bool operator==(const LikelyScale&) const = default;
+  bool operator==(const VarianceComponents&) const = default;
 };
 
 /// Of the problem linearised at `cell`, in which base, reflectors and, where it has no prior of them, links
 /// are unknown.
-LikelyScale most_likely_scale(const CalibratedCell& cell, const LeastSquaresProblem& problem,
-                              const ScaleExpectation& expected);
+VarianceComponents most_likely_components(const CalibratedCell& cell, const LeastSquaresProblem& problem,
+                                          const ScaleExpectation& expected);
 
 /// What a tracker and an arm's repeatability usually add up to, or near `stated_mm` where that is not 0.
 WidthExpectation expected_noise(double stated_mm);
 
 /// The prior with these widths, links scattering about `centre`.
-Prior prior_of(const CalibratedCell& cell, const Prior& links, const LikelyScale& likely);
+Prior prior_of(const CalibratedCell& cell, const Prior& links, const VarianceComponents& likely);
 
 }  // namespace truepose

@@ -1,12 +1,12 @@
-#include "daemon/realtime/foresight.hpp"
+#include "daemon/realtime/deviation_cache.hpp"
 
 namespace truepose::daemon {
 
-TargetCompensation::Result Foresight::at_joints_within(int steps, const TargetCompensation& compensation,
-                                                       const JointVector& commanded,
-                                                       const Eigen::Vector3d& p_F_mm,
-                                                       JointVector& correction) noexcept {
-  const auto search = [&](JointVector& from, const BeyondGeometry* beyond) {
+TargetCompensation::Result DeviationCache::at_joints_within(int steps, const TargetCompensation& compensation,
+                                                            const JointVector& commanded,
+                                                            const Eigen::Vector3d& p_F_mm,
+                                                            JointVector& correction) noexcept {
+  const auto search = [&](JointVector& from, const NonGeometricError* beyond) {
     return compensation.at_joints_within(steps, commanded, p_F_mm, from, beyond);
   };
   const auto is_near = [this](const TargetCompensation::Result& result) {
@@ -23,9 +23,9 @@ TargetCompensation::Result Foresight::at_joints_within(int steps, const TargetCo
   return result;
 }
 
-void Foresight::look_ahead(const TargetCompensation& compensation) noexcept {
+void DeviationCache::look_ahead(const TargetCompensation& compensation) noexcept {
   if (!now_) return;
-  ahead_ = compensation.beyond_geometry(before_ ? JointVector(2 * *now_ - *before_) : *now_);
+  ahead_ = compensation.non_geometric_error(before_ ? JointVector(2 * *now_ - *before_) : *now_);
   before_ = now_;
   now_.reset();
 }

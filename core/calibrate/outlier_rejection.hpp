@@ -17,12 +17,13 @@ namespace truepose {
 /// model allows for. Where the options leave deviations out, both models have to call it gross. Poses that
 /// all their reflectors show off in the same way contradict the model and not the other points: they stay in
 /// where a model fitted with them explains them. Only the points to identify have a say in the model; a
-/// redescending loss keeps gross errors from it.
+/// redescending loss keeps outliers from it.
 ///
 /// @param data  points that calibrate() accepts
-/// @return in the order of the points; nothing where the points are too few to be told from a model of theirs
-std::vector<RejectedPoint> gross_errors(const RobotModel& nominal, const MeasurementData& data,
-                                        const CalibrateOptions& options);
+/// @return in the order of the points; nothing if the points are too few to test each against a model of the
+/// others
+std::vector<RejectedPoint> find_outliers(const RobotModel& nominal, const MeasurementData& data,
+                                         const CalibrateOptions& options);
 
 /// The data without these points.
 MeasurementData without(std::span<const RejectedPoint> points, const MeasurementData& data);

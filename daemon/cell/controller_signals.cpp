@@ -1,4 +1,4 @@
-#include "daemon/cell/told_cell.hpp"
+#include "daemon/cell/controller_signals.hpp"
 
 namespace truepose::daemon {
 
@@ -7,11 +7,11 @@ namespace {
 using namespace std::chrono_literals;
 
 // A submit interpreter comes round within some 10 to 100 ms.
-constexpr Duration kOldWord = 1s;
+constexpr drivers::Duration kOldWord = 1s;
 
 }  // namespace
 
-void ToldCell::take(std::optional<std::int64_t> word, TimePoint now) {
+void ControllerSignals::take(std::optional<std::int64_t> word, drivers::TimePoint now) {
   signals_ = word ? rsi::cell_signals(*word) : std::nullopt;
   if (!signals_) {
     count_.reset();

@@ -1,4 +1,4 @@
-#include "core/calibrate/screening.hpp"
+#include "core/calibrate/outlier_rejection.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -12,7 +12,7 @@
 #include "core/fit/robust_fit.hpp"
 #include "core/fit/target_turns.hpp"
 #include "core/math/dense_algebra.hpp"
-#include "core/math/error_law.hpp"
+#include "core/math/residual_distribution.hpp"
 
 namespace truepose {
 namespace {
@@ -81,12 +81,12 @@ bool beyond_six_sigma(const Distance& of) {
 
 /// The law by which the points to identify scatter that are within six sigma; nothing where they are too few
 /// to show their tails.
-std::optional<ErrorLaw> law_of(std::span<const Distance> identify) {
+std::optional<ResidualDistribution> residual_distribution_of(std::span<const Distance> identify) {
   std::vector<double> squares;
   for (const Distance& each : identify)
     if (!beyond_six_sigma(each)) squares.push_back(each.point.sigmas * each.point.sigmas);
   if (squares.size() < kFewestForTails) return std::nullopt;
-  return ErrorLaw{squares};
+  return ResidualDistribution{squares};
 }
 
 /// Points that stand out, and the errors of all.
@@ -103,17 +103,18 @@ FarPoints far_points(const Identification& judge) {
   const double sigma0_mm = judge.uncertainty.sigma0_mm;
   // What came nearer than the stated noise did so by chance.
   const double factor = stated_mm > 0 ? std::max(1.0, sigma0_mm / stated_mm) : sigma0_mm;
-  std::optional<ErrorLaw> law;
+  std::optional<ResidualDistribution> distribution;
   for (const PoseSet set : {PoseSet::Identify, PoseSet::Validate}) {
     std::vector<Distance> all = distances(judge, set, factor);
     divide_by_usual(all);
-    if (set == PoseSet::Identify) law = law_of(all);
+    if (set == PoseSet::Identify) distribution = residual_distribution_of(all);
     for (const Distance& each : all) {
       found.errors_mm.emplace(each.point.point, each.error_mm);
       if (!beyond_six_sigma(each)) continue;
       // Of many points of an arm that errs with longer tails some are as far by chance.
       const Eigen::Vector3d whitened{each.point.sigmas, 0, 0};
-      if (law && law->tail(whitened, 3) * static_cast<double>(all.size()) > kByChance) continue;
+      if (distribution && distribution->tail(whitened, 3) * static_cast<double>(all.size()) > kByChance)
+        continue;
       found.far.push_back(each.point);
     }
   }
@@ -179,8 +180,8 @@ std::vector<RejectedPoint> unexplained(std::vector<RejectedPoint> far, const std
 
 }  // namespace
 
-std::vector<RejectedPoint> gross_errors(const RobotModel& nominal, const MeasurementData& data,
-                                        const CalibrateOptions& options) {
+std::vector<RejectedPoint> find_outliers(const RobotModel& nominal, const MeasurementData& data,
+                                         const CalibrateOptions& options) {
   CalibrateOptions judging = options;
   judging.loss = Loss::Tukey;
   judging.non_geometric = true;

@@ -1,4 +1,4 @@
-#include "core/math/error_law.hpp"
+#include "core/math/residual_distribution.hpp"
 
 #include <gtest/gtest.h>
 
@@ -31,16 +31,16 @@ std::vector<double> distances2(const Eigen::VectorXd& r) {
   return all;
 }
 
-TEST(ErrorLaw, IsChiSquareWhereNothingWasValidated) {
+TEST(ResidualDistribution, IsChiSquareWhereNothingWasValidated) {
   const Eigen::VectorXd r = Eigen::VectorXd::Constant(kCoordinates, 1.3);
-  EXPECT_EQ(ErrorLaw{}.tail(r, kCoordinates), chi_square_tail(r.squaredNorm(), kCoordinates));
+  EXPECT_EQ(ResidualDistribution{}.tail(r, kCoordinates), chi_square_tail(r.squaredNorm(), kCoordinates));
 }
 
-TEST(ErrorLaw, OfManyValidationPointsIsAsOftenExceededAsItSays) {
+TEST(ResidualDistribution, OfManyValidationPointsIsAsOftenExceededAsItSays) {
   constexpr int kTrials = 20'000;
   for (const double sigma : {0.5, 1.0, 3.0}) {
     Random random(20261124);
-    const ErrorLaw law(distances2(heavy_errors(2000, sigma, random)));
+    const ResidualDistribution law(distances2(heavy_errors(2000, sigma, random)));
     int exceeded = 0;
     for (int n = 0; n < kTrials; ++n)
       exceeded += law.tail(heavy_errors(kPoints, sigma, random), kCoordinates) < 0.005;
@@ -49,31 +49,31 @@ TEST(ErrorLaw, OfManyValidationPointsIsAsOftenExceededAsItSays) {
   }
 }
 
-TEST(ErrorLaw, TakesAPointForUnlikelyTheLaterTheLargerTheValidationErrorsAre) {
+TEST(ResidualDistribution, TakesAPointForUnlikelyTheLaterTheLargerTheValidationErrorsAre) {
   const Eigen::VectorXd r = Eigen::VectorXd::Constant(kCoordinates, 3);
   double last = 0;
   for (const double distance2 : {1.0, 3.0, 6.0, 12.0}) {
-    const double tail = ErrorLaw(std::vector<double>(40, distance2)).tail(r, kCoordinates);
+    const double tail = ResidualDistribution(std::vector<double>(40, distance2)).tail(r, kCoordinates);
     EXPECT_GT(tail, last);
     last = tail;
   }
 }
 
-TEST(ErrorLaw, OfFewValidationPointsIsNotExceededMoreOften) {
+TEST(ResidualDistribution, OfFewValidationPointsIsNotExceededMoreOften) {
   constexpr int kTrials = 5000;
   Random random(20261125);
   int exceeded = 0;
   for (int n = 0; n < kTrials; ++n) {
-    const ErrorLaw law(distances2(heavy_errors(20, std::sqrt(0.5), random)));
+    const ResidualDistribution law(distances2(heavy_errors(20, std::sqrt(0.5), random)));
     exceeded += law.tail(heavy_errors(kPoints, std::sqrt(0.5), random), kCoordinates) < 0.005;
   }
   EXPECT_LT(exceeded, 0.010 * kTrials);
 }
 
-TEST(ErrorLaw, HasHeavierTailsThanTheNormalOne) {
+TEST(ResidualDistribution, HasHeavierTailsThanTheNormalOne) {
   const Eigen::VectorXd r = Eigen::VectorXd::Constant(kCoordinates, 2);
-  EXPECT_GT(ErrorLaw(std::vector<double>(40, 3.0)).tail(r, kCoordinates),
-            10 * ErrorLaw{}.tail(r, kCoordinates));
+  EXPECT_GT(ResidualDistribution(std::vector<double>(40, 3.0)).tail(r, kCoordinates),
+            10 * ResidualDistribution{}.tail(r, kCoordinates));
 }
 
 }  // namespace

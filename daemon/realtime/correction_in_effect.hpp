@@ -9,14 +9,14 @@
 
 namespace truepose::daemon {
 
-/// How far an arm may trail what it is told, in cycles.
+/// How far an arm may trail its commands, in cycles.
 struct ArmLag {
   int dead_cycles = 30;       ///< greatest dead time
   double lag_cycles = 30;     ///< greatest time constant with which it then follows
   double noise_rad = 3.5e-5;  ///< AIPos of a standing arm, and its last decimal: 0.002 deg
 };
 
-/// What the actual axes (AIPos) say of the correction that a controller has in force, while that does not
+/// What the actual axes (AIPos) say of the correction that a controller has in effect, while that does not
 /// change: the arm goes where the program commands it (ASPos) plus the correction, later by a dead time and
 /// with a lag.
 ///
@@ -31,7 +31,7 @@ class EffectEvidence {
   /// Nothing was seen yet, or the correction has changed.
   void restart() noexcept;
 
-  /// @param forward  IPOC since the frame before: a gap begins the evidence anew
+  /// @param forward  IPOC since the frame before: a gap restarts the evidence
   void take(const JointVector& commanded, const JointVector& actual, std::uint64_t forward) noexcept;
 
   /// Corrections that agree with all that was seen; none until a whole dead time has been seen.
@@ -69,16 +69,16 @@ class EffectEvidence {
   Vector min_ = Vector::Zero(), max_ = Vector::Zero();
 };
 
-/// What the controller has in force, as far as that is known. It outlives our process, and only what is
-/// proven may be counted from: under absolute corrections every other reply is a jump.
+/// The correction in effect at the controller, as far as it is known. It outlives our process. Only a proven
+/// value may be the start of a ramp: under absolute corrections any other reply is a jump.
 ///
 /// Known: a range, of one value where the last reply is known to have been taken. Doubtful: that range or
-/// zero, because the controller's side may have begun anew. Unknown: anything.
-class CorrectionInForce {
+/// zero, because the controller's side may have restarted. Unknown: anything.
+class CorrectionInEffect {
  public:
   enum class Knowledge { Known, Doubtful, Unknown };
 
-  CorrectionInForce() { forget(); }
+  CorrectionInEffect() { forget(); }
 
   bool known() const noexcept { return knowledge_ == Knowledge::Known; }
   bool doubtful() const noexcept { return knowledge_ == Knowledge::Doubtful; }
@@ -88,7 +88,7 @@ class CorrectionInForce {
 
   /// A controller of which nothing is known.
   void forget() noexcept;
-  /// The controller's side may have begun anew, with nothing in force.
+  /// The controller's side may have restarted, with no correction in effect.
   void doubt() noexcept;
   /// It has not: what was doubted is known.
   void trust() noexcept { knowledge_ = Knowledge::Known; }
@@ -101,7 +101,7 @@ class CorrectionInForce {
   void taken() noexcept;
 
   /// Decides by what the axes show; until something is proven, nothing changes.
-  /// @param step  bound of a correction's change, rad: what is nearer than that need not be told apart
+  /// @param step  limit of a correction's change, rad: smaller differences do not matter
   /// @return whether it is known now
   bool settle(const EffectEvidence& evidence, double step) noexcept;
 

@@ -10,11 +10,12 @@ namespace truepose::daemon {
 /// The compensation of an arm in motion. What its model has beyond the geometry costs ten times as much as
 /// the geometry, and hardly changes on the way of a cycle: it is looked at after the reply, where the arm is
 /// expected next, and is taken as constant around there. The realtime thread's own; does not allocate.
-class Foresight {
+class DeviationCache {
  public:
-  /// Farther from where it was looked at, a joint's deviation counts anew: an arm that brakes by 300 deg/s^2
-  /// is so far from where it was expected after 4 ms. Gears of 2e-4 rad in the second order, and a field that
-  /// changes by 0.3 mm in a radian, change by 4e-8 rad and 0.03 um on that way: the last digit of the wire.
+  /// Farther from where it was computed, a joint's deviation is computed again: an arm that brakes by 300
+  /// deg/s^2 is so far from where it was expected after 4 ms. Gears of 2e-4 rad in the second order, and a
+  /// field that changes by 0.3 mm in a radian, change by 4e-8 rad and 0.03 um on that way: the last digit of
+  /// the wire.
   static constexpr double kNear_rad = 0.005 * kRadPerDeg;
 
   /// Another model, session or place, or another side that a joint is come to from: nothing is expected.
@@ -27,7 +28,7 @@ class Foresight {
   void look_ahead(const TargetCompensation& compensation) noexcept;
 
  private:
-  std::optional<BeyondGeometry> ahead_;
+  std::optional<NonGeometricError> ahead_;
   std::optional<JointVector> now_, before_;  // joints that the last two replies led to
 };
 

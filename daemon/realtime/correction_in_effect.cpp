@@ -1,4 +1,4 @@
-#include "daemon/realtime/correction_in_force.hpp"
+#include "daemon/realtime/correction_in_effect.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,7 @@ bool overlap(const CorrectionRange& a, const CorrectionRange& b) {
   return (a.min.cwiseMax(b.min) - a.max.cwiseMin(b.max)).maxCoeff() <= 0;
 }
 
-/// Zero may be sent, whatever of the range is in force.
+/// Zero may be sent, whatever of the range is in effect.
 bool zero_is_near(const CorrectionRange& range, double step) {
   return range.min.minCoeff() >= -kReach * step && range.max.maxCoeff() <= kReach * step;
 }
@@ -111,57 +111,57 @@ bool EffectEvidence::agrees_in_motion(const JointVector& correction) const noexc
   return least_lag <= greatest_lag && std::ranges::count(fast, true) >= 2;
 }
 
-void CorrectionInForce::forget() noexcept {
+void CorrectionInEffect::forget() noexcept {
   knowledge_ = Knowledge::Unknown;
   range_ = CorrectionRange::of(zero());
   last_sent_ = zero();
 }
 
-void CorrectionInForce::doubt() noexcept {
+void CorrectionInEffect::doubt() noexcept {
   if (known()) knowledge_ = Knowledge::Doubtful;
 }
 
-void CorrectionInForce::set(const CorrectionRange& range) noexcept {
+void CorrectionInEffect::set(const CorrectionRange& range) noexcept {
   knowledge_ = Knowledge::Known;
   range_ = range;
   last_sent_ = range.max;
 }
 
-void CorrectionInForce::resume(const CorrectionRange& range, const JointVector& sent) noexcept {
+void CorrectionInEffect::resume(const CorrectionRange& range, const JointVector& sent) noexcept {
   set(range);
   last_sent_ = sent;
 }
 
-void CorrectionInForce::sent(const JointVector& correction) noexcept {
+void CorrectionInEffect::sent(const JointVector& correction) noexcept {
   range_.include(correction);
   last_sent_ = correction;
 }
 
-void CorrectionInForce::taken() noexcept {
+void CorrectionInEffect::taken() noexcept {
   if (known()) range_ = CorrectionRange::of(last_sent_);
 }
 
-bool CorrectionInForce::settle(const EffectEvidence& evidence, double step) noexcept {
+bool CorrectionInEffect::settle(const EffectEvidence& evidence, double step) noexcept {
   if (knowledge_ == Knowledge::Doubtful) settle_doubt(evidence, step);
   if (knowledge_ == Knowledge::Unknown) settle_unknown(evidence, step);
   return known();
 }
 
-bool CorrectionInForce::settle_doubt(const EffectEvidence& evidence, double step) noexcept {
+bool CorrectionInEffect::settle_doubt(const EffectEvidence& evidence, double step) noexcept {
   const CorrectionRange either = with_zero(range_);
   if (either.within_reach(kReach * step)) {
     set(either);
     return true;
   }
-  // Nothing in force any more is seen at once. What is as before is not: for a dead time the arm shows that
+  // Nothing in effect any more is seen at once. What is as before is not: for a dead time the arm shows that
   // after a new start too.
   const auto seen = evidence.range();
   const JointVector held = (range_.min + range_.max) / 2;
   const bool as_before = seen && overlap(*seen, range_),
-             anew = seen && overlap(*seen, CorrectionRange::of(zero()));
-  if (seen && !as_before && !anew) {
+             restarted = seen && overlap(*seen, CorrectionRange::of(zero()));
+  if (seen && !as_before && !restarted) {
     forget();
-  } else if (seen && !anew) {
+  } else if (seen && !restarted) {
     knowledge_ = Knowledge::Known;
   } else if (seen && !as_before) {
     set(CorrectionRange::of(zero()));
@@ -169,14 +169,14 @@ bool CorrectionInForce::settle_doubt(const EffectEvidence& evidence, double step
     set(with_zero(*standing));
   } else {
     const bool moves_as_before = evidence.agrees_in_motion(held),
-               moves_anew = evidence.agrees_in_motion(zero());
-    if (moves_anew && !moves_as_before) set(CorrectionRange::of(zero()));
-    if (seen && moves_as_before && !moves_anew) knowledge_ = Knowledge::Known;
+               moves_as_restarted = evidence.agrees_in_motion(zero());
+    if (moves_as_restarted && !moves_as_before) set(CorrectionRange::of(zero()));
+    if (seen && moves_as_before && !moves_as_restarted) knowledge_ = Knowledge::Known;
   }
   return known();
 }
 
-bool CorrectionInForce::settle_unknown(const EffectEvidence& evidence, double step) noexcept {
+bool CorrectionInEffect::settle_unknown(const EffectEvidence& evidence, double step) noexcept {
   if (const auto seen = evidence.range(); seen && seen->within_reach(kReach * step)) {
     set(*seen);
   } else if (const auto standing = evidence.at_rest(); standing && zero_is_near(*standing, step)) {

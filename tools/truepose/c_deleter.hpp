@@ -4,7 +4,7 @@ namespace truepose::tools {
 
 /// Deleter of what a C library wants back by a function of its own.
 template <auto Free>
-struct FreedBy {
+struct CDeleter {
   void operator()(auto* x) const { Free(x); }
 };
 

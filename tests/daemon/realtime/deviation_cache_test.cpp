@@ -1,4 +1,4 @@
-#include "daemon/realtime/foresight.hpp"
+#include "daemon/realtime/deviation_cache.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,12 +10,12 @@ namespace {
 constexpr double kWire_rad = 1e-6 * kRadPerDeg;  // the last digit of a reply
 
 /// An arm on its way, and how far its compensation is from what it would be without foresight.
-class ForesightTest : public testing::Test {
+class DeviationCacheTest : public testing::Test {
  protected:
   double step(const JointVector& move) {
     q_ += move;
     const JointVector exact = without(compensation_), q = with(compensation_);
-    foresight_.look_ahead(compensation_);
+    deviation_cache_.look_ahead(compensation_);
     return (q - exact).cwiseAbs().maxCoeff();
   }
   JointVector without(const TargetCompensation& compensation) const {
@@ -24,25 +24,25 @@ class ForesightTest : public testing::Test {
   }
   JointVector with(const TargetCompensation& compensation) {
     JointVector search = JointVector::Zero(6);
-    return foresight_.at_joints_within(kSteps, compensation, q_, p_F_mm_, search)->q;
+    return deviation_cache_.at_joints_within(kSteps, compensation, q_, p_F_mm_, search)->q;
   }
 
   static constexpr int kSteps = 50;
 
   const TargetCompensation compensation_{nominal_arm(), heavy_arm()};
   const Eigen::Vector3d p_F_mm_{60, -50, 190};
-  Foresight foresight_;
+  DeviationCache deviation_cache_;
   JointVector q_ = axes_deg({10, -80, 90, 20, 45, -30});
 };
 
-TEST_F(ForesightTest, CompensatesAnArmThatStandsOrMovesEvenlyAsWithoutIt) {
+TEST_F(DeviationCacheTest, CompensatesAnArmThatStandsOrMovesEvenlyAsWithoutIt) {
   EXPECT_EQ(step(axes_deg({0, 0, 0, 0, 0, 0})), 0);
   for (int i = 0; i < 10; ++i) EXPECT_LT(step(axes_deg({0, 0, 0, 0, 0, 0})), 0.01 * kWire_rad);
   step(axes_deg({0.4, 0.2, -0.3, 0.4, 0.1, -0.4}));
   for (int i = 0; i < 100; ++i) EXPECT_LT(step(axes_deg({0.4, 0.2, -0.3, 0.4, 0.1, -0.4})), 0.1 * kWire_rad);
 }
 
-TEST_F(ForesightTest, KeepsToTheWiresLastDigitWhereTheArmSpeedsUp) {
+TEST_F(DeviationCacheTest, KeepsToTheWiresLastDigitWhereTheArmSpeedsUp) {
   JointVector move = JointVector::Zero(6);
   for (int i = 0; i < 100; ++i) {
     move += axes_deg({0.0045, -0.004, 0.0045, 0.0045, -0.004, 0.0045});
@@ -50,14 +50,14 @@ TEST_F(ForesightTest, KeepsToTheWiresLastDigitWhereTheArmSpeedsUp) {
   }
 }
 
-TEST_F(ForesightTest, LooksAnewWhereTheArmIsNotWhereItWasExpected) {
+TEST_F(DeviationCacheTest, ComputesAgainWhereTheArmIsNotWhereItWasExpected) {
   for (int i = 0; i < 10; ++i) {
     step(axes_deg({0.4, 0.2, -0.3, 0.4, 0.1, -0.4}));
     EXPECT_EQ(step(axes_deg({-2, 1, 2, -3, 1, 2})), 0) << "as exact as without it";
   }
 }
 
-TEST_F(ForesightTest, GoesThroughTheWristSingularityAsWithoutIt) {
+TEST_F(DeviationCacheTest, GoesThroughTheWristSingularityAsWithoutIt) {
   q_[4] = 10 * kRadPerDeg;
   bool damped = false;
   for (int i = 0; i < 200; ++i) {
@@ -67,10 +67,10 @@ TEST_F(ForesightTest, GoesThroughTheWristSingularityAsWithoutIt) {
   EXPECT_TRUE(damped);
 }
 
-TEST_F(ForesightTest, HasNoMemoryOfAnotherModel) {
+TEST_F(DeviationCacheTest, HasNoMemoryOfAnotherModel) {
   for (int i = 0; i < 3; ++i) step(axes_deg({0.1, 0, 0, 0, 0, 0}));
   const TargetCompensation other{nominal_arm(), heavy_arm(10)};
-  foresight_.restart();
+  deviation_cache_.restart();
   EXPECT_EQ(with(other), without(other));
 }
 

@@ -12,10 +12,10 @@ namespace truepose {
 /// Those of real arms have heavier tails, and may be larger or smaller as a whole: they are Student's, their
 /// degrees of freedom and their mean square as the validation points say them. These are few, so that the
 /// mean square is known to a third beforehand, and what they leave open of both widens the tail.
-class ErrorLaw {
+class ResidualDistribution {
  public:
   /// @param validation  squared lengths of the whitened errors at validation points; none: normal
-  explicit ErrorLaw(std::span<const double> validation = {});
+  explicit ResidualDistribution(std::span<const double> validation = {});
 
   /// Probability that points of an unchanged arm are as unlikely as these, or more.
   ///
@@ -29,11 +29,11 @@ class ErrorLaw {
   struct Tails;
 
  private:
-  struct Law {
+  struct Candidate {
     const Tails* tails;
     double mean_square, probability;  ///< of a coordinate
   };
-  std::vector<Law> laws_;  ///< none: normal
+  std::vector<Candidate> candidates_;  ///< none: normal
 };
 
 }  // namespace truepose

@@ -1,4 +1,4 @@
-// How surely gross errors are named, and how seldom good points are.
+// How surely outliers are named, and how seldom good points are.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ std::vector<std::size_t> numbers(const std::vector<RejectedPoint>& points) {
   return result;
 }
 
-/// A campaign of which some points of both sets are made gross errors.
+/// A campaign of which some points of both sets are made outliers.
 struct Contaminated {
   Contaminated(std::uint64_t seed, int identify, int validate, double fraction, double min_mm, double max_mm)
       : campaign{example::campaign(example::true_arm(), identify, validate, {.seed = seed})} {
@@ -52,7 +52,7 @@ struct Contaminated {
   std::vector<std::size_t> identified, validated;
 };
 
-/// How far the screened fit may be from one without the gross errors.
+/// How far the screened fit may be from one without the outliers.
 constexpr double kAsGood = 1.005;
 
 TEST(Screening, NamesGrossErrorsAndNoOthers) {

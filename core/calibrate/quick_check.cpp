@@ -1,9 +1,9 @@
-#include "core/calibrate/unsuspicious.hpp"
+#include "core/calibrate/quick_check.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/calibrate/screening.hpp"
+#include "core/calibrate/outlier_rejection.hpp"
 #include "core/data/error_bounds.hpp"
 #include "core/diagnosis/explanation.hpp"
 #include "core/diagnosis/model_sanity.hpp"
@@ -15,9 +15,9 @@
 namespace truepose {
 namespace {
 
-constexpr double kNotFar = 5;         // standard deviations of one coordinate; gross errors begin at 6
-constexpr double kMostTakenUp = 0.5;  // of the equations: with more, gross errors hide each other
-constexpr double kAlike = 1.3;        // times: what gross errors that hide each other make of the scatter
+constexpr double kNotFar = 5;         // standard deviations of one coordinate; outliers begin at 6
+constexpr double kMostTakenUp = 0.5;  // of the equations: with more, outliers hide each other
+constexpr double kAlike = 1.3;        // times: what outliers that hide each other make of the scatter
 
 bool links_merely_deviate(const Identification& id) {
   const ParameterLayout layout = ParameterLayout::of(id.fit.cell);
@@ -63,15 +63,15 @@ bool validation_is_near(const Identification& id, double sigma_mm) {
 
 }  // namespace
 
-bool is_unsuspicious(const Identification& id) {
-  if (reaches_nowhere(id.nominal)) return false;
+bool passes_quick_check(const Identification& id) {
+  if (has_no_reach(id.nominal)) return false;
   const double taken_up = static_cast<double>(id.result.rank) / id.points.equations();
   const bool by_points_alone = id.problem.prior.weight.size() == 0;
   if (!id.result.converged || !by_points_alone || taken_up > kMostTakenUp || !links_merely_deviate(id))
     return false;
   const std::vector<double> miss_mm = misses(id.fit.cell, id.data.points);
   if (std::ranges::max(miss_mm) < kLeastError_mm) return true;
-  if (!(median(miss_mm) < kShows_mm)) return false;
+  if (!(median(miss_mm) < kDetectable_mm)) return false;
   const LinearSystem system = linearise(id.fit.cell, id.problem);
   const double middle_mm = middle_sigma_mm(system, taken_up);
   const double sigma_mm = std::min(middle_mm, id.uncertainty.sigma0_mm);

@@ -1,4 +1,4 @@
-#include "core/math/error_law.hpp"
+#include "core/math/residual_distribution.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ constexpr double kKnownBefore = 0.3;  // standard deviation of the logarithm of 
 /// Student's law of a mean square and some degrees of freedom. With 1 / (1 + d2 / (freedom scale)) beta
 /// distributed (freedom / 2, 3 / 2), the mean and the variance of its logarithm are, but for the sign, the
 /// differences of the di- and trigamma functions at (freedom + 3) / 2 and freedom / 2.
-struct ErrorLaw::Tails {
+struct ResidualDistribution::Tails {
   double freedom, mean, variance;
 
   double scale(double mean_square) const { return mean_square * (freedom - 2) / freedom; }
@@ -25,7 +25,7 @@ struct ErrorLaw::Tails {
 
 namespace {
 
-using Tails = ErrorLaw::Tails;
+using Tails = ResidualDistribution::Tails;
 
 // From very heavy ones to nearly none; taken for equally likely beforehand.
 constexpr std::array<Tails, 4> kTails{{{3, 0.886294361119891, 0.539868133696453},
@@ -75,29 +75,29 @@ double tail_of_worst(const Eigen::VectorXd& r, const Tails& tails, double mean_s
 
 }  // namespace
 
-ErrorLaw::ErrorLaw(std::span<const double> validation) {
+ResidualDistribution::ResidualDistribution(std::span<const double> validation) {
   constexpr double kStep = 0.05, kFrom = -1, kTo = 3, kHardly = 1e-6;
   if (validation.empty()) return;
   double best = -HUGE_VAL;
   for (const Tails& tails : kTails) {
     for (double log_value = kFrom; log_value <= kTo; log_value += kStep) {
       const double z = log_value / kKnownBefore, value = std::exp(log_value);
-      laws_.push_back({&tails, value, log_likelihood(validation, tails, value) - z * z / 2});
-      best = std::max(best, laws_.back().probability);
+      candidates_.push_back({&tails, value, log_likelihood(validation, tails, value) - z * z / 2});
+      best = std::max(best, candidates_.back().probability);
     }
   }
   double sum = 0;
-  for (Law& each : laws_) sum += each.probability = std::exp(each.probability - best);
-  for (Law& each : laws_) each.probability /= sum;
-  std::erase_if(laws_, [](const Law& each) { return each.probability < kHardly; });
+  for (Candidate& each : candidates_) sum += each.probability = std::exp(each.probability - best);
+  for (Candidate& each : candidates_) each.probability /= sum;
+  std::erase_if(candidates_, [](const Candidate& each) { return each.probability < kHardly; });
 }
 
-double ErrorLaw::tail(const Eigen::VectorXd& r, int degrees, double alike) const {
-  if (laws_.empty()) return chi_square_tail(r.squaredNorm(), degrees);
+double ResidualDistribution::tail(const Eigen::VectorXd& r, int degrees, double alike) const {
+  if (candidates_.empty()) return chi_square_tail(r.squaredNorm(), degrees);
   // Two questions, of which the second, about a point that is wrong by itself, takes a tenth of the chance.
   constexpr double kOfWorst = 0.1;
   double all = 0, worst = 0;
-  for (const auto& [tails, mean_square, probability] : laws_) {
+  for (const auto& [tails, mean_square, probability] : candidates_) {
     all += probability * tail_of_all(r, degrees, alike, *tails, mean_square);
     worst += probability * tail_of_worst(r, *tails, mean_square);
   }
