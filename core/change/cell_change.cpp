@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 
-#include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/rigid_fit.hpp"
 
@@ -11,10 +10,37 @@ namespace truepose {
 
 namespace {
 
+constexpr double kThousandth = 1e-3;
+
 PossibleChange change_of(ChangeKind kind, int index, int first_parameter, int parameters) {
   PossibleChange change{{kind, index}, first_parameters(parameters)};
   for (int& parameter : change.free) parameter += first_parameter;
   return change;
+}
+
+/// Of the base's, the reflectors' and the links' parameters.
+bool is_angle(const ParameterLayout& layout, int parameter) {
+  if (parameter < layout.reflector(0)) return parameter % ParameterLayout::kBase >= 3;
+  if (parameter < layout.link(0)) return false;
+  const int entry = (parameter - layout.link(0)) % ParameterLayout::kLink;
+  return entry != ParameterLayout::kA && entry != ParameterLayout::kD;
+}
+
+Eigen::MatrixXd directions_of(const PossibleChange& change, const CalibratedCell& cell) {
+  const ParameterLayout layout = ParameterLayout::of(cell);
+  if (change.what.kind == ChangeKind::Reading) return Eigen::MatrixXd::Zero(layout.size(), 3);
+  if (change.what.kind == ChangeKind::Growth) {
+    Eigen::MatrixXd lengths = Eigen::MatrixXd::Zero(layout.size(), 1);
+    lengths(change.free, 0) = kThousandth * parameter_values(cell)(change.free);
+    return lengths;
+  }
+  Eigen::MatrixXd directions =
+      Eigen::MatrixXd::Zero(layout.size(), static_cast<Eigen::Index>(change.free.size()));
+  for (Eigen::Index k = 0; k < directions.cols(); ++k) {
+    const int parameter = change.free[static_cast<std::size_t>(k)];
+    directions(parameter, k) = is_angle(layout, parameter) ? kThousandth : 1;
+  }
+  return directions;
 }
 
 }  // namespace
@@ -125,35 +151,20 @@ Eigen::VectorXd moved_between(const CalibratedCell& from, const CalibratedCell& 
   return Eigen::VectorXd::Constant(1, before.sign * way);
 }
 
-std::string described(const Change& change, const Eigen::VectorXd& moved, const CalibratedCell& cell,
-                      std::span<const Measurement> points) {
-  const auto at = static_cast<std::size_t>(change.index);
-  switch (change.kind) {
-    case ChangeKind::Base:
-      return formatted("the tracker or the base moved by %.2f mm and %.4f deg", moved.head<3>().norm(),
-                       moved.tail<3>().norm() * kDegPerRad);
-    case ChangeKind::Reflector:
-      return "reflector '" + cell.reflectors[at].name + "' moved on the flange by " +
-             formatted("%.2f mm", moved.norm());
-    case ChangeKind::JointZero:
-      return "axis " + std::to_string(change.index + 1) + "'s zero moved by " +
-             (cell.robot.joints[at].type == JointType::Revolute ? formatted("%.4f deg", moved[0] * kDegPerRad)
-                                                                : formatted("%.3f mm", moved[0]));
-    case ChangeKind::Growth:
-      return formatted("all lengths of the arm grew by %.0f ppm", 1e6 * moved[0]);
-    case ChangeKind::AllZeros:
-      return "the joints were mastered again";
-    case ChangeKind::Load:
-      return "the load on the flange changed";
-    case ChangeKind::Link:
-      return parameter_names(cell)[at] + " changed";
-    case ChangeKind::Reading: {
-      const int row = points[at].row > 0 ? points[at].row : change.index + 1;
-      return "the reading of point " + std::to_string(row) + " alone is off by " +
-             formatted("%.2f mm", moved.norm());
-    }
+Eigen::MatrixXd directions_of(std::span<const PossibleChange> changes, const CalibratedCell& cell) {
+  Eigen::MatrixXd all(ParameterLayout::of(cell).size(), 0);
+  for (const PossibleChange& change : changes) {
+    const Eigen::MatrixXd directions = directions_of(change, cell);
+    all.conservativeResize(Eigen::NoChange, all.cols() + directions.cols());
+    all.rightCols(directions.cols()) = directions;
   }
-  return {};
+  return all;
+}
+
+Eigen::VectorXd units_of(const PossibleChange& change, const CalibratedCell& cell) {
+  if (change.what.kind == ChangeKind::Reading) return Eigen::Vector3d::Ones();
+  if (change.what.kind == ChangeKind::Growth) return Eigen::VectorXd::Constant(1, kThousandth);
+  return directions_of({&change, 1}, cell).colwise().sum();
 }
 
 }  // namespace truepose

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "core/data/calibrated_cell.hpp"
@@ -12,14 +11,17 @@ namespace truepose {
 
 /// What of a calibrated cell may have changed: since its calibration, or while it was measured.
 enum class ChangeKind {
-  Base,       ///< the tracker or the base moved, which look alike: 6 unknowns
-  Reflector,  ///< sits elsewhere on the flange, or is another one: 3
-  JointZero,  ///< the encoder of a joint reads another angle: 1
-  Reading,    ///< one point is wrong, its 3 coordinates tell nothing
-  Growth,     ///< all lengths of the arm by the same share, as it is warmer or colder: 1
-  Link,       ///< one length or angle of one link: 1
-  AllZeros,   ///< the encoders of all joints read other angles, as after mastering: 1 a joint
-  Load,       ///< what the flange carries, which bends the joints: 1 a joint that turns
+  Base,         ///< the tracker or the base moved, which look alike: 6 unknowns
+  Reflector,    ///< sits elsewhere on the flange, or is another one: 3
+  JointZero,    ///< the encoder of a joint reads another angle: 1
+  Reading,      ///< one point is wrong, its 3 coordinates tell nothing
+  Growth,       ///< all lengths of the arm by the same share, as it is warmer or colder: 1
+  Link,         ///< one length or angle of one link: 1
+  AllZeros,     ///< the encoders of all joints read other angles, as after mastering: 1 a joint
+  Load,         ///< what the flange carries, which bends the joints: 1 a joint that turns
+  WarmUp,       ///< the zeros of all joints and all lengths, as of an arm that warms up: 1 a joint and 1
+  JointErrors,  ///< what a joint errs with its own angle, in each entry of its link: 10 a harmonic
+  Pose,         ///< one pose that is measured again and again does not stay, whatever changed: 3
 };
 struct Change {
   ChangeKind kind = ChangeKind::Base;
@@ -63,12 +65,10 @@ CalibratedCell with_fitted_base(const CalibratedCell& cell, std::span<const Meas
 /// of a cell's single parameters.
 Eigen::VectorXd moved_between(const CalibratedCell& from, const CalibratedCell& to, const Change& change);
 
-/// "axis 3's zero moved by 0.0120 deg", "the tracker or the base moved by 0.21 mm and 0.0030 deg".
-///
-/// @param moved   by moved_between(); of a reading mm, tracker frame; of growth the share; of a link mm or
-/// rad
-/// @param points  of which a reading is one
-std::string described(const Change& change, const Eigen::VectorXd& moved, const CalibratedCell& cell,
-                      std::span<const Measurement> points);
+/// How the changes' unknowns move the parameters: a column each for a mm, a mrad or a thousandth of all
+/// lengths, which one metre away are much the same; zero for a reading.
+Eigen::MatrixXd directions_of(std::span<const PossibleChange> changes, const CalibratedCell& cell);
+/// What one of each of a change's unknowns is: a mm in mm, a mrad in rad, a thousandth of all lengths.
+Eigen::VectorXd units_of(const PossibleChange& change, const CalibratedCell& cell);
 
 }  // namespace truepose

@@ -38,8 +38,8 @@ std::string no_single_cause(const DriftReference& reference, std::span<const Mea
            "together: the arm itself has changed, calibrate again";
   std::string text = "no change alone explains it, these together do: ";
   for (const auto* moves : {&update->moves, &update->wrong})
-    for (const DriftMove& move : *moves)
-      text += (text.ends_with(": ") ? "" : "; ") + described(move, reference.cell, points);
+    for (const ChangeFound& move : *moves)
+      text += (text.ends_with(": ") ? "" : "; ") + described_with_sigma(move, reference.cell, points);
   return text;
 }
 
@@ -56,7 +56,7 @@ std::string likely_cause(const DriftCheck& check, const DriftReference& referenc
   std::string text = "most likely " + described(first, cell, points);
   for (const DriftCause& other : check.alternatives) text += ", or " + described(other, cell, points);
   if (!check.alternatives.empty()) text += " (these points do not separate them)";
-  return few ? text + ", but " + too_few : text + ": " + remedy(first);
+  return few ? text + ", but " + too_few : text.append(": ").append(remedy(first.what.kind));
 }
 
 std::string reason_of(const DriftCheck& check, const DriftReference& reference,

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <optional>
 
-#include "core/change/drift_evidence.hpp"
+#include "core/change/drift_fit.hpp"
 #include "core/fit/measured_order.hpp"
 #include "core/formatted.hpp"
-#include "core/math/angles.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/residual_distribution.hpp"
 #include "core/math/statistics.hpp"
@@ -37,20 +36,15 @@ struct Possible {
   std::optional<PossibleChange> link;  ///< one parameter that changed; null: all lengths, by the same share
 };
 
-/// A cell on its way to the most probable one.
-struct Fit {
+/// A fit, and the covariance of its parameters.
+struct Fit : DriftFit {
   Possible possible;
-  CalibratedCell cell;
-  Eigen::VectorXd x;  ///< by which its parameters moved from the start
-  DriftResiduals residuals;
-  std::vector<ChangePrior> priors;
-  ChangePosterior posterior;
-  double evidence = -HUGE_VAL;  ///< its logarithm, but for a constant
-  Eigen::MatrixXd covariance;   ///< of the parameters
+  Eigen::MatrixXd covariance;
 };
 
-Fit start_of(const DriftReference& reference, std::span<const Measurement> points, const Possible& possible) {
-  Fit fit{.possible = possible, .cell = reference.cell};
+DriftFit start_of(const DriftReference& reference, std::span<const Measurement> points,
+                  const Possible& possible) {
+  DriftFit fit{.cell = reference.cell};
   for (PossibleChange& change : shown_changes(reference.cell, points)) {
     const bool is_zero = change.what.kind == ChangeKind::JointZero;
     if (possible.all_zeros && is_zero && fit.priors.back().is(ChangeKind::JointZero))
@@ -67,61 +61,26 @@ Fit start_of(const DriftReference& reference, std::span<const Measurement> point
     fit.cell = with_fitted_base(reference.cell, points);
     fit.priors.front().least = kFar_mm;
   }
-  fit.x = Eigen::VectorXd::Zero(ParameterLayout::of(fit.cell).size());
   return fit;
-}
-
-void fill_columns(Fit& fit) {
-  for (ChangePrior& prior : fit.priors) {
-    prior.directions = directions_of(prior.changes, fit.cell);
-    if (prior.is(ChangeKind::Reading))
-      prior.columns = fit.residuals.inverse.middleCols<3>(3 * prior.changes.front().what.index);
-    else
-      prior.columns = times(fit.residuals.J, prior.directions);
-  }
-}
-
-double evidence_of(const Fit& fit) {
-  const Eigen::MatrixXd K = covariance_of(fit.priors, nullptr, fit.residuals.r.size());
-  const double det =
-      CholeskyFactor(K).log_determinant() - 2 * fit.residuals.inverse.diagonal().array().log().sum();
-  return -0.5 * (fit.posterior.left.squaredNorm() + fit.posterior.z.squaredNorm() + det);
 }
 
 /// Of the parameters: what the calibration left open, less what of it the estimate has taken in, and what the
 /// points leave open of the changes.
-Eigen::MatrixXd updated_covariance(const DriftReference& reference, const Fit& fit) {
+Eigen::MatrixXd updated_covariance(const DriftReference& reference, const DriftFit& fit) {
   const ChangePosterior& p = fit.posterior;
   const Eigen::MatrixXd changes = congruence(p.D, p.H);
   if (reference.covariance.size() == 0) return changes;
-  const Eigen::MatrixXd estimate = times(times(p.D, times_transposed(p.H, p.B)), fit.residuals.J);
+  const Eigen::MatrixXd estimate = times(times(p.D, times_transposed(p.H, p.B)), fit.residuals->J);
   const Eigen::MatrixXd taken_in = times(estimate, reference.covariance);
   return reference.covariance + changes - taken_in - taken_in.transpose();
 }
 
-/// Gauss-Newton; the widths are chosen again until it converges.
 std::expected<Fit, std::string> fitted(const DriftReference& reference, std::span<const Measurement> points,
                                        const Possible& possible) {
-  constexpr int kMaxSteps = 30;
-  constexpr double kSettled = 0.1, kDone = 1e-6;  // standard deviations
-  Fit fit = start_of(reference, points, possible);
-  double last = HUGE_VAL;
-  for (int step = 0; step < kMaxSteps && last > kDone; ++step) {
-    auto residuals = drift_residuals(reference, fit.cell, points);
-    if (!residuals) return std::unexpected(residuals.error());
-    fit.residuals = *std::move(residuals);
-    fill_columns(fit);
-    const Eigen::VectorXd b = fit.residuals.r + times(fit.residuals.J, fit.x);
-    if (last > kSettled) choose_widths(fit.priors, b);
-    fit.posterior = posterior_of(fit.priors, b, fit.x.size());
-    fit.evidence = evidence_of(fit);
-    const Eigen::VectorXd x = times(fit.posterior.D, fit.posterior.z);
-    last = times(fit.residuals.J, x - fit.x).norm();
-    move_by(fit.cell, x - fit.x);
-    fit.x = x;
-  }
-  fit.covariance = updated_covariance(reference, fit);
-  return fit;
+  auto fit = fitted_drift(reference, points, start_of(reference, points, possible), Widths::Chosen);
+  if (!fit) return std::unexpected(fit.error());
+  const Eigen::MatrixXd covariance = updated_covariance(reference, *fit);
+  return Fit{*std::move(fit), possible, covariance};
 }
 
 /// Logarithm of the probability of a fit, to compare it with others: every change that it assumes was
@@ -198,35 +157,6 @@ int degrees_left(const Fit& fit) {
   return static_cast<int>(fit.posterior.left.size() - std::llround(fit.posterior.determined()));
 }
 
-bool moves_parameters(ChangeKind kind) { return kind != ChangeKind::Reading && kind != ChangeKind::Growth; }
-
-/// What one of each of a change's unknowns is: a mm in mm, a mrad in rad, a thousandth of all lengths.
-Eigen::VectorXd units_of(const PossibleChange& change, const CalibratedCell& cell) {
-  if (moves_parameters(change.what.kind)) return directions_of({&change, 1}, cell).colwise().sum();
-  if (change.what.kind == ChangeKind::Growth) return Eigen::VectorXd::Constant(1, 1e-3);
-  return Eigen::Vector3d::Ones();
-}
-
-/// What moved of the cell, and the readings that are wrong.
-void tell_moves(const DriftReference& reference, const Fit& fit, DriftUpdate& update) {
-  const ChangePosterior& p = fit.posterior;
-  Eigen::Index unknown = 0;
-  for (const ChangePrior& prior : fit.priors) {
-    if (prior.width == 0) continue;
-    for (const PossibleChange& change : prior.changes) {
-      const Eigen::VectorXd units = prior.width * units_of(change, fit.cell);
-      const auto of_change = Eigen::seqN(unknown, units.size());
-      unknown += units.size();
-      const ChangeKind kind = change.what.kind;
-      const Eigen::VectorXd moved = moves_parameters(kind)
-                                        ? moved_between(reference.cell, fit.cell, change.what)
-                                        : Eigen::VectorXd(units.cwiseProduct(p.z(of_change)));
-      (kind == ChangeKind::Reading ? update.wrong : update.moves)
-          .push_back({change.what, moved, units.cwiseProduct(p.H.diagonal()(of_change).cwiseSqrt())});
-    }
-  }
-}
-
 /// A point as the others and the priors predict it.
 struct LeftOut {
   double error_mm = 0;
@@ -235,7 +165,7 @@ struct LeftOut {
 
 /// Of all points: with S the covariance of the residuals r, by (S^-1 r)_j and (S^-1)_jj alone.
 std::vector<LeftOut> left_out(const Fit& fit) {
-  const Eigen::MatrixXd& W = fit.residuals.inverse;
+  const Eigen::MatrixXd& W = fit.residuals->inverse;
   const Eigen::MatrixXd K = covariance_of(fit.priors, nullptr, W.rows());
   const Eigen::VectorXd weighted = transposed_times(W, fit.posterior.left);
   const Eigen::MatrixXd precision = transposed_times(W, CholeskyFactor(K).solve(W));
@@ -250,7 +180,7 @@ std::vector<LeftOut> left_out(const Fit& fit) {
 
 bool is_wrong(const DriftUpdate& update, std::size_t point) {
   const Change change{ChangeKind::Reading, static_cast<int>(point)};
-  return std::ranges::count(update.wrong, change, &DriftMove::what) > 0;
+  return std::ranges::count(update.wrong, change, &ChangeFound::what) > 0;
 }
 
 void tell_errors(const DriftReference& reference, std::span<const Measurement> points,
@@ -304,7 +234,8 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
   const auto fit = best_fit(reference, points);
   if (!fit) return std::unexpected(fit.error());
   DriftUpdate update{.cell = fit->cell, .covariance = fit->covariance};
-  tell_moves(reference, *fit, update);
+  for (ChangeFound& found : found_in(*fit, reference))
+    (found.what.kind == ChangeKind::Reading ? update.wrong : update.moves).push_back(std::move(found));
   const std::vector<LeftOut> alone = left_out(*fit);
   tell_errors(reference, points, alone, update);
   const int degrees = degrees_left(*fit);
@@ -336,20 +267,6 @@ std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference&
                 "by %.3f mm: measure more, or calibrate again",
                 update.left_out_mm, update.before_mm));
   return update;
-}
-
-std::string described(const DriftMove& move, const CalibratedCell& cell,
-                      std::span<const Measurement> points) {
-  const std::string what = described(move.what, move.moved, cell, points) + " (sigma ";
-  const auto index = static_cast<std::size_t>(move.what.index);
-  const bool zero = move.what.kind == ChangeKind::JointZero;
-  if (zero && cell.robot.joints[index].type == JointType::Revolute)
-    return what + formatted("%.4f deg)", move.sigma[0] * kDegPerRad);
-  if (zero) return what + formatted("%.3f mm)", move.sigma[0]);
-  if (move.what.kind == ChangeKind::Growth) return what + formatted("%.0f ppm)", 1e6 * move.sigma[0]);
-  const std::string mm = what + formatted("%.2f mm", move.sigma.head<3>().norm());
-  if (move.what.kind != ChangeKind::Base) return mm + ")";
-  return mm + formatted(" and %.4f deg)", move.sigma.tail<3>().norm() * kDegPerRad);
 }
 
 }  // namespace truepose

@@ -6,28 +6,21 @@
 #include <string>
 #include <vector>
 
-#include "core/change/drift_causes.hpp"
-#include "core/data/calibrated_cell.hpp"
-#include "core/data/measurement.hpp"
+#include "core/change/change_hypothesis.hpp"
+#include "core/change/drift_reference.hpp"
 
 namespace truepose {
-
-/// What moved, in the terms of DriftCause, and how well that is known.
-struct DriftMove {
-  Change what;
-  Eigen::VectorXd moved, sigma;
-};
 
 /// A model brought up to date.
 struct DriftUpdate {
   CalibratedCell cell;
-  Eigen::MatrixXd covariance;    ///< of its parameters, as Calibration::covariance
-  std::vector<DriftMove> moves;  ///< of the cell, the first found first
-  std::vector<DriftMove> wrong;  ///< readings that take no part
-  double before_mm = 0;          ///< mean error of the points under the old model
-  double after_mm = 0;           ///< and under the new one, without the wrong readings
-  double left_out_mm = 0;        ///< the same, each point predicted from the others alone
-  double probability = 0;        ///< that an unchanged cell gives as much as the new model leaves
+  Eigen::MatrixXd covariance;      ///< of its parameters, as Calibration::covariance
+  std::vector<ChangeFound> moves;  ///< of the cell, the first found first
+  std::vector<ChangeFound> wrong;  ///< readings that take no part
+  double before_mm = 0;            ///< mean error of the points under the old model
+  double after_mm = 0;             ///< and under the new one, without the wrong readings
+  double left_out_mm = 0;          ///< the same, each point predicted from the others alone
+  double probability = 0;          ///< that an unchanged cell gives as much as the new model leaves
   bool explains = false;  ///< moves and wrong readings leave chance, and enough points to check them by
   std::vector<std::string>
       doubts;  ///< why it is not to be used, one sentence each; empty: nothing speaks against it
@@ -51,8 +44,5 @@ struct DriftUpdate {
 /// (2003); Kass, Raftery, Bayes factors, JASA 90 (1995).
 std::expected<DriftUpdate, std::string> update_after_drift(const DriftReference& reference,
                                                            std::span<const Measurement> points);
-
-/// "axis 3's zero moved by 0.0123 deg (sigma 0.0005 deg)".
-std::string described(const DriftMove& move, const CalibratedCell& cell, std::span<const Measurement> points);
 
 }  // namespace truepose

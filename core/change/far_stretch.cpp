@@ -52,7 +52,10 @@ std::optional<Movement> parting(std::span<const Eigen::Vector3d> errors_mm, cons
       const double right = moved.far + stood.points - stood.far;
       if (!moved.moved() || !stood.stood() || right <= most) continue;
       most = right;
-      found = Movement{.first = points[k], .moved_mm = moved.lengths_mm / moved.far};
+      found.emplace();
+      found->profile = TimeProfile::FarStretch;
+      found->first = points[k];
+      found->moved_mm = moved.lengths_mm / moved.far;
     }
   }
   return found;

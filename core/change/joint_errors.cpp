@@ -1,20 +1,18 @@
 #include "core/change/joint_errors.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <vector>
 
-#include "core/fit/identifiability.hpp"
+#include "core/change/reduced_equations.hpp"
 #include "core/math/dense_algebra.hpp"
-#include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {
 
 constexpr int kMostHarmonics = 2;
-constexpr double kAlike = 1e-6;  // of a column: what the parameters do not take up of it is rounding
 
 /// Where in its turn a joint stands; of a rail, in its travel.
 double phase_rad(const Joint& joint, double q) {
@@ -22,71 +20,72 @@ double phase_rad(const Joint& joint, double q) {
   return joint.max > joint.min ? 2 * std::numbers::pi * (q - joint.min) / (joint.max - joint.min) : 0;
 }
 
-/// The columns of a joint's link, each times sine and cosine of every harmonic.
+/// Columns of parameters, each times sine and cosine of every harmonic of a joint.
 Eigen::MatrixXd columns_of(const CalibratedCell& cell, const TimeEvidence& evidence,
-                           std::span<const Measurement> points, int joint, int harmonics) {
-  constexpr int kLink = ParameterLayout::kLink;
-  const int link = ParameterLayout::of(cell).link(joint);
-  Eigen::MatrixXd columns(evidence.J.rows(), 2 * harmonics * kLink);
+                           std::span<const Measurement> points, int joint, const PossibleChange& entries,
+                           int harmonics) {
+  const Eigen::MatrixXd J = times(evidence.J, directions_of({&entries, 1}, cell));
+  const Eigen::Index count = J.cols();
+  Eigen::MatrixXd columns(J.rows(), 2 * harmonics * count);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double phase = phase_rad(cell.robot.joints[static_cast<std::size_t>(joint)], points[i].q[joint]);
-    const Eigen::Matrix<double, 3, kLink> J = evidence.J.block<3, kLink>(row_of(i), link);
     for (int h = 0; h < harmonics; ++h) {
-      columns.block<3, kLink>(row_of(i), 2 * h * kLink) = std::sin((h + 1) * phase) * J;
-      columns.block<3, kLink>(row_of(i), (2 * h + 1) * kLink) = std::cos((h + 1) * phase) * J;
+      columns.block(row_of(i), 2 * h * count, 3, count) =
+          std::sin((h + 1) * phase) * J.middleRows<3>(row_of(i));
+      columns.block(row_of(i), (2 * h + 1) * count, 3, count) =
+          std::cos((h + 1) * phase) * J.middleRows<3>(row_of(i));
     }
   }
   return columns;
 }
 
-/// Akaike's criterion of columns in addition to the parameters.
-///
-/// @param chosen  so many further numbers were chosen by the points
-double criterion_of(const Eigen::MatrixXd& columns, const TimeEvidence& evidence, int chosen = 0) {
-  const Eigen::MatrixXd unit = columns * column_norms(columns).cwiseInverse().asDiagonal();
-  const Svd svd = thin_svd(unit - times(evidence.U, transposed_times(evidence.U, unit)));
-  const Eigen::Index unknowns = (svd.s.array() > kAlike).count();
-  const double gain = transposed_times(svd.U.leftCols(unknowns), evidence.r).squaredNorm();
-  return akaike_criterion(std::max(0.0, evidence.r.squaredNorm() - gain), evidence.degrees,
-                          static_cast<int>(unknowns) + chosen);
+/// Of columns over no change.
+ChangeFound found_by(const ChangeHypothesis& change, const Eigen::MatrixXd& columns,
+                     const TimeEvidence& evidence) {
+  ReducedEquations equations{evidence, columns.cols()};
+  for (std::size_t i = 0; row_of(i) < columns.rows(); ++i)
+    equations.add(evidence, i, columns.middleRows<3>(row_of(i)));
+  return {change, equations.evidence(evidence).best(), {}, {}};
+}
+
+/// The one of the largest evidence, with the prior of its hypothesis, which all share.
+ChangeFound best_of(std::span<const ChangeFound> all) {
+  ChangeFound best = *std::ranges::max_element(all, {}, &ChangeFound::evidence);
+  best.evidence += std::log(row_of(best).prior / static_cast<double>(all.size()));
+  return best;
 }
 
 }  // namespace
 
-JointErrors likeliest_joint_errors(const CalibratedCell& cell, const TimeEvidence& evidence,
+ChangeFound likeliest_joint_errors(const CalibratedCell& cell, const TimeEvidence& evidence,
                                    std::span<const Measurement> points) {
-  JointErrors likeliest;
+  const std::vector<PossibleChange> zeros = joint_zeros_of(cell);
+  std::vector<ChangeFound> all;
   for (int joint = 0; joint < cell.robot.joint_count(); ++joint) {
-    for (int harmonics = 1; harmonics <= kMostHarmonics; ++harmonics) {
-      const double criterion = criterion_of(columns_of(cell, evidence, points, joint, harmonics), evidence);
-      if (criterion < likeliest.criterion) likeliest = {joint, criterion};
-    }
+    PossibleChange link{{ChangeKind::Link}, first_parameters(ParameterLayout::kLink)};
+    for (int& parameter : link.free) parameter += ParameterLayout::of(cell).link(joint);
+    for (const PossibleChange& entries : {zeros[static_cast<std::size_t>(joint)], link})
+      for (int harmonics = 1; harmonics <= kMostHarmonics; ++harmonics)
+        all.push_back(found_by({{ChangeKind::JointErrors, joint}, TimeProfile::ByAngle},
+                               columns_of(cell, evidence, points, joint, entries, harmonics), evidence));
   }
-  return likeliest;
+  return best_of(all);
 }
 
-double warm_up_criterion(const CalibratedCell& cell, const TimeEvidence& evidence,
-                         std::span<const Measurement> points) {
-  const ParameterLayout layout = ParameterLayout::of(cell);
+ChangeFound warm_up(const CalibratedCell& cell, const TimeEvidence& evidence,
+                    std::span<const Measurement> points) {
   const std::vector<int> pose = pose_numbers(points);
-  Eigen::MatrixXd warm(evidence.J.rows(), layout.joints + 1);
-  warm.col(layout.joints).setZero();
-  for (int i = 0; i < layout.joints; ++i) {
-    constexpr int kA = 0, kD = 2;  // of ParameterLayout's five
-    const Joint& joint = cell.robot.joints[static_cast<std::size_t>(i)];
-    warm.col(i) = evidence.J.col(zero_parameter(cell.robot, layout, i));
-    warm.col(layout.joints) +=
-        joint.a_mm * evidence.J.col(layout.link(i) + kA) + joint.d_mm * evidence.J.col(layout.link(i) + kD);
-  }
-  double best = std::numeric_limits<double>::infinity();
+  const std::array warmed{all_zeros_of(cell), growth_of(cell)};
+  const Eigen::MatrixXd warm = times(evidence.J, directions_of(warmed, cell));
+  std::vector<ChangeFound> all;
   for (const double share : {1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2}) {
     const double constant = share * count_poses(points);
     Eigen::MatrixXd columns = warm;
     for (std::size_t i = 0; i < points.size(); ++i)
       columns.middleRows<3>(row_of(i)) *= -std::expm1(-pose[i] / constant);
-    best = std::min(best, criterion_of(columns, evidence, 1));
+    all.push_back(found_by({{ChangeKind::WarmUp}, TimeProfile::Exponential}, columns, evidence));
   }
-  return best;
+  return best_of(all);
 }
 
 }  // namespace truepose

@@ -5,10 +5,10 @@
 #include <iterator>
 #include <limits>
 
-#include "core/change/chance_of_gain.hpp"
 #include "core/change/far_stretch.hpp"
 #include "core/change/joint_errors.hpp"
 #include "core/change/movement_search.hpp"
+#include "core/change/stated_noise.hpp"
 #include "core/change/time_evidence.hpp"
 #include "core/data/error_bounds.hpp"
 #include "core/fit/measured_order.hpp"
@@ -17,11 +17,9 @@
 namespace truepose {
 namespace {
 
-constexpr double kByChance = 1e-3;  // of all that may have moved, at any moment
-
-/// By how much better one of two explanations has to be, as logarithms of likelihood doubled, so that the
-/// other is out of the question.
-const double kOutOfQuestion = -2 * std::log(kByChance);
+/// By how much the evidence of one of two explanations has to be greater for the other to be out of the
+/// question.
+const double kOutOfQuestion = std::log(1000.0);
 
 /// All that may move while it is measured.
 std::vector<PossibleChange> movers_of(const CalibratedCell& cell) {
@@ -35,11 +33,12 @@ std::vector<PossibleChange> movers_of(const CalibratedCell& cell) {
 }
 
 /// All movements that are not by chance, those of bases first.
-std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const TimeEvidence& evidence,
-                                               std::span<const Measurement> points) {
-  std::vector<PossibleMovement> likely;
-  const auto consider = [&](const PossibleMovement& each) {
-    if (each.chance < kByChance && each.movement.moved_mm >= kLeastError_mm) likely.push_back(each);
+std::vector<Movement> likely_movements(const CalibratedCell& cell, const TimeEvidence& evidence,
+                                       std::span<const Measurement> points) {
+  std::vector<Movement> likely;
+  const auto consider = [&](const Movement& each) {
+    const bool by_chance = each.chance >= row_of(each).most_false_alarms;
+    if (!by_chance && each.moved_mm >= kLeastError_mm) likely.push_back(each);
   };
   const std::vector<int> pose = pose_numbers(points);
   const std::vector<PossibleChange> all = movers_of(cell);
@@ -50,10 +49,9 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
     const double others = is_base ? 1 : but_bases;  // mostly it is the tracker
     const MovementSearch search(evidence, cell, change, points, pose, others);
     if (!search.has_moments()) continue;
-    const PossibleMovement step = search.best_step();
+    const Movement step = search.best_step();
     // An arm that bends under what it always carries shows as much where its model does not bend.
-    const bool bends =
-        kind == ChangeKind::Load && step.criterion > search.always().criterion - kOutOfQuestion;
+    const bool bends = kind == ChangeKind::Load && step.evidence < search.always().evidence + kOutOfQuestion;
     if (!bends) consider(step);
     if (is_base || kind == ChangeKind::Reflector) consider(search.trend());
     if (is_base && likely.empty() && stated_noise(evidence, evidence.r, 0) != StatedNoise::Explains)
@@ -62,43 +60,32 @@ std::vector<PossibleMovement> likely_movements(const CalibratedCell& cell, const
   return likely;
 }
 
-/// Of all movements the one that explains the points best; mostly it is the tracker, unless that is out of
-/// the question: of its movements the one that is least by chance.
+/// Of all movements the most probable one, by its evidence and the prior of its hypothesis.
 ///
 /// @param likely  not empty
-const PossibleMovement& likeliest(std::span<const PossibleMovement> likely) {
-  const auto by_base = [](const PossibleMovement& each) {
-    return each.movement.what.kind == ChangeKind::Base ? each.chance : 1;
-  };
-  // Of several things at once only where no single one explains the points.
-  const auto criterion = [](const PossibleMovement& each) {
-    const ChangeKind kind = each.movement.what.kind;
-    const bool several = kind == ChangeKind::AllZeros || kind == ChangeKind::Load;
-    return each.criterion + (several ? kOutOfQuestion : 0);
-  };
-  const auto best = std::ranges::min_element(likely, {}, criterion);
-  const auto base = std::ranges::min_element(likely, {}, by_base);
-  return by_base(*base) < 1 && base->criterion < best->criterion + kOutOfQuestion ? *base : *best;
+const Movement& likeliest(std::span<const Movement> likely) {
+  return *std::ranges::max_element(
+      likely, {}, [](const Movement& each) { return each.evidence + std::log(row_of(each).prior); });
 }
 
 /// The likeliest movement, and what else explains the points; none where a joint's errors do so better beyond
 /// question.
 ///
-/// @param by_warmth  warm_up_criterion()
+/// @param by_warmth  evidence of warm_up()
 /// @param likely  not empty
-std::optional<Movement> choice(std::span<const PossibleMovement> likely, const JointErrors& joints,
+std::optional<Movement> choice(std::span<const Movement> likely, const ChangeFound& joints,
                                double by_warmth) {
-  const PossibleMovement& best = likeliest(likely);
-  const double for_joints = best.criterion - joints.criterion;
+  const Movement& best = likeliest(likely);
+  const double for_joints = joints.evidence - best.evidence;
   // Two moments fit whatever goes up and down with a joint that is swept.
-  if (for_joints > (best.movement.again > 0 ? -kOutOfQuestion : kOutOfQuestion)) return std::nullopt;
-  Movement found = best.movement;
-  if (for_joints > -kOutOfQuestion) found.or_joint = joints.joint;
-  found.or_warmth = by_warmth < best.criterion + kOutOfQuestion;
-  for (const PossibleMovement& other : likely) {
-    if (other.movement.what != found.what && other.criterion < best.criterion + kOutOfQuestion &&
-        !std::ranges::count(found.or_else, other.movement.what))
-      found.or_else.push_back(other.movement.what);
+  if (for_joints > (best.again > 0 ? -kOutOfQuestion : kOutOfQuestion)) return std::nullopt;
+  Movement found = best;
+  if (for_joints > -kOutOfQuestion) found.or_joint = joints.what.index;
+  found.or_warmth = by_warmth > best.evidence - kOutOfQuestion;
+  for (const Movement& other : likely) {
+    if (other.what != found.what && other.evidence > best.evidence - kOutOfQuestion &&
+        !std::ranges::count(found.or_else, other.what, &ChangeHypothesis::what))
+      found.or_else.push_back(other);
   }
   return found;
 }
@@ -127,10 +114,10 @@ std::optional<Movement> movement_in_order(const CalibratedCell& cell, std::span<
   if (others.empty()) return std::nullopt;
   const TimeEvidence evidence = time_evidence(cell, others, stated);
   if (evidence.degrees <= 0) return std::nullopt;
-  const std::vector<PossibleMovement> likely = likely_movements(cell, evidence, others);
+  const std::vector<Movement> likely = likely_movements(cell, evidence, others);
   if (likely.empty()) return std::nullopt;
-  const double by_warmth = is_positioner(cell.robot) ? std::numeric_limits<double>::infinity()
-                                                     : warm_up_criterion(cell, evidence, others);
+  const double by_warmth = is_positioner(cell.robot) ? -std::numeric_limits<double>::infinity()
+                                                     : warm_up(cell, evidence, others).evidence;
   return renumbered(choice(likely, likeliest_joint_errors(cell, evidence, others), by_warmth), number);
 }
 

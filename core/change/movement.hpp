@@ -5,21 +5,21 @@
 #include <span>
 #include <vector>
 
-#include "core/change/cell_change.hpp"
+#include "core/change/change_hypothesis.hpp"
 #include "core/data/calibrated_cell.hpp"
 #include "core/data/measurement.hpp"
 
 namespace truepose {
 
-/// Something moved while it was measured.
-struct Movement {
-  Change what;            ///< a base, a joint's zero, all of them, a reflector or all lengths
+/// Something moved while it was measured: a base, a joint's zero, all of them, a reflector or all lengths.
+struct Movement : ChangeFound {
+  double chance = 1;      ///< at which as much is seen where nothing moved
   std::size_t first = 0;  ///< point after the step, from 0; 0: little by little, from the first to the last
   std::size_t again = 0;  ///< point after a second step, which may lead back; 0: there was none
   int before = 0, before_again = 0;  ///< points measured before each step: of a base those of its station
   double moved_mm = 0;  ///< what it did to the points after it, on average; little by little: to the last
   bool halves = false;  ///< without it less than half is left of the standard deviation
-  std::vector<Change> or_else = {};  ///< explain the points as well
+  std::vector<ChangeHypothesis> or_else = {};  ///< explain the points as well
   /// Index of a joint whose own errors explain the points as well: nothing tells which of both it is.
   std::optional<int> or_joint = {};
   bool or_warmth = false;  ///< an arm that warmed up explains the points as well

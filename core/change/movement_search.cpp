@@ -1,12 +1,12 @@
 #include "core/change/movement_search.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <set>
 
 #include "core/arm/joint_deviation.hpp"
-#include "core/change/chance_of_gain.hpp"
-#include "core/change/drift_evidence.hpp"
+#include "core/change/stated_noise.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/statistics.hpp"
 
@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::size_t kFewest = 3;         // poses before and after a step: fewer are single readings
 constexpr std::size_t kMostMoments = 24;   // of which pairs are tried
-constexpr double kRarer = 100;             // are two steps than one
 constexpr double kBends = 1e-3;            // of what all joints do under a load
 constexpr std::ptrdiff_t kFewestAway = 5;  // poses between two steps: outliers of few look like these
 
@@ -78,12 +77,12 @@ Eigen::MatrixXd columns_of(const PossibleChange& change, const Eigen::MatrixXd& 
 
 }  // namespace
 
-/// What is fitted: of a movement of unknown size, and at so many unknown moments.
+/// What is fitted, of a movement of unknown size.
 struct MovementSearch::Trial {
+  TimeProfile profile;
   Shares shares;
   ReducedEquations equations;
-  int moments = 0;
-  double tried = 1;  ///< so many were as possible
+  double moments = 1;  ///< so many were as possible
 };
 
 MovementSearch::MovementSearch(const TimeEvidence& evidence, const CalibratedCell& cell,
@@ -112,39 +111,43 @@ MovementSearch::MovementSearch(const TimeEvidence& evidence, const CalibratedCel
   }
 }
 
-PossibleMovement MovementSearch::best_step() const {
+Movement MovementSearch::best_step() const {
   double most = -1;
   std::size_t first = 0;
   for (const std::size_t moment : moments_) {
-    if (const double gain = from_[moment].gain(); gain > most) {
+    if (const double gain = from_[moment].evidence(evidence_).gain(); gain > most) {
       most = gain;
       first = moment;
     }
   }
-  const double tried = others_ * static_cast<double>(evidence_.r.size() / 3);
-  return fitted({.first = points_[first]}, {steps_at({first}), from_[first], 1, tried});
+  Movement step;
+  step.first = points_[first];
+  return fitted(step, {TimeProfile::Step, steps_at({first}), from_[first],
+                       static_cast<double>(evidence_.r.size() / 3)});
 }
 
-PossibleMovement MovementSearch::always() const {
-  return fitted({}, {Eigen::VectorXd::Ones(std::ssize(points_)), from_.front(), 0, others_});
+Movement MovementSearch::always() const {
+  return fitted({}, {TimeProfile::BetweenChecks, Eigen::VectorXd::Ones(std::ssize(points_)), from_.front()});
 }
 
-PossibleMovement MovementSearch::trend() const {
+Movement MovementSearch::trend() const {
   const auto count = std::ssize(points_);
   const Shares shares = Eigen::VectorXd::LinSpaced(count, 0, 1);
   ReducedEquations equations{evidence_, columns_};
   for (std::size_t k = 0; k < points_.size(); ++k)
     equations.add(evidence_, points_[k], shares(static_cast<Eigen::Index>(k), 0) * columns_at(J_, k));
-  return fitted({}, {shares, equations, 0, others_});
+  return fitted({}, {TimeProfile::Linear, shares, equations});
 }
 
-PossibleMovement MovementSearch::best_two_steps() const {
+Movement MovementSearch::best_two_steps() const {
   const TwoMoments at = best_moments();
   if (!(at.gain > 0)) return {};
-  const auto pairs = static_cast<double>(moments_.size() * moments_.size()) / 2;
-  return fitted(
-      {.first = points_[at.first], .again = points_[at.again]},
-      {steps_at({at.first, at.again}), between_and_after(at.first, at.again), 2, kRarer * others_ * pairs});
+  Movement steps;
+  steps.first = points_[at.first];
+  steps.again = points_[at.again];
+  return fitted(steps,
+                {TimeProfile::TwoSteps, steps_at({at.first, at.again}), between_and_after(at.first, at.again),
+                 static_cast<double>(moments_.size() * moments_.size()) / 2});
 }
 
 /// Of some of the moments the best two, then of those about these.
@@ -153,7 +156,7 @@ MovementSearch::TwoMoments MovementSearch::best_moments() const {
   const auto place = [&](std::size_t moment) { return std::ranges::lower_bound(moments_, moment); };
   const auto try_both = [&](std::size_t first, std::size_t again) {
     if (place(again) - place(first) < kFewestAway) return;
-    const double gain = between_and_after(first, again).gain();
+    const double gain = between_and_after(first, again).evidence(evidence_).gain();
     if (gain > best.gain) best = {first, again, gain};
   };
   const std::vector<std::size_t> some = thinned(moments_);
@@ -204,17 +207,20 @@ double MovementSearch::moved_mm(const Shares& shares, const Eigen::VectorXd& ste
   return sum_mm / count;
 }
 
-PossibleMovement MovementSearch::fitted(Movement movement, const Trial& trial) const {
-  const Eigen::VectorXd step = trial.equations.step();
-  Gain gain{.squares = trial.equations.gain(step), .unknowns = step.size()};
-  if (evidence_.degrees <= gain.unknowns) return {};
-  gain.noise = stated_noise(evidence_, left_by(trial.shares, step), gain.unknowns);
+Movement MovementSearch::fitted(Movement movement, const Trial& trial) const {
+  const ChangeEvidence evidence = trial.equations.evidence(evidence_);
+  const Eigen::VectorXd step = evidence.step();
+  if (evidence_.degrees <= step.size()) return {};
   movement.what = what_;
-  movement.halves = halves(gain, evidence_);
+  movement.profile = trial.profile;
+  movement.evidence = evidence.best() - std::log(trial.moments);
+  movement.moved = step;
+  movement.sigma = evidence.sigma();
+  movement.halves = halves(evidence.gain(), step.size(), evidence_);
   movement.moved_mm = moved_mm(trial.shares, step);
-  const int unknowns = static_cast<int>(gain.unknowns) + trial.moments;
-  return {movement, trial.tried * chance_of(gain, evidence_),
-          akaike_criterion(squares_left(gain, evidence_), evidence_.degrees, unknowns)};
+  const StatedNoise left = stated_noise(evidence_, left_by(trial.shares, step), step.size());
+  movement.chance = others_ * trial.moments * chance_of(evidence, left, movement.halves);
+  return movement;
 }
 
 }  // namespace truepose

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <initializer_list>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,14 +14,8 @@
 
 namespace truepose {
 
-/// A movement fitted to the points, with the numbers of these as the evidence has them.
-struct PossibleMovement {
-  Movement movement;
-  double chance = 1;  ///< at which as much is seen where nothing moved
-  double criterion = std::numeric_limits<double>::infinity();  ///< akaike_criterion() of it
-};
-
-/// When one thing may have moved, as the points that show it tell: of all moments the best.
+/// When one thing may have moved, as the points that show it tell: of all moments the best. Points have the
+/// numbers that the evidence has.
 class MovementSearch {
  public:
   /// @param evidence  of the points; kept by reference
@@ -37,13 +30,13 @@ class MovementSearch {
   bool has_moments() const { return !moments_.empty(); }
 
   /// One step: any point may have been the first after it.
-  PossibleMovement best_step() const;
+  Movement best_step() const;
   /// What changed before the first point, as what the model leaves out does.
-  PossibleMovement always() const;
+  Movement always() const;
   /// Evenly, from the first point to the last.
-  PossibleMovement trend() const;
+  Movement trend() const;
   /// Two steps, as of a tracker that was bumped and set back.
-  PossibleMovement best_two_steps() const;
+  Movement best_two_steps() const;
 
  private:
   /// How much of a movement each point has made: a column for each movement, one after the other.
@@ -62,7 +55,7 @@ class MovementSearch {
   ReducedEquations between_and_after(std::size_t first, std::size_t again) const;
   Eigen::VectorXd left_by(const Shares& shares, const Eigen::VectorXd& step) const;
   double moved_mm(const Shares& shares, const Eigen::VectorXd& step) const;
-  PossibleMovement fitted(Movement movement, const Trial& trial) const;
+  Movement fitted(Movement movement, const Trial& trial) const;
 
   const TimeEvidence& evidence_;
   Change what_;

@@ -37,11 +37,8 @@ ReducedEquations ReducedEquations::less(const ReducedEquations& other) const {
   return left;
 }
 
-Eigen::VectorXd ReducedEquations::step() const {
-  constexpr double kTolerance = 1e-10;
-  const Eigen::VectorXd scale = gram_.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd left = scale.asDiagonal() * (gram_ - gram(along_)) * scale.asDiagonal();
-  return scale.cwiseProduct(smallest_solution(left, scale.cwiseProduct(b_), kTolerance));
+ChangeEvidence ReducedEquations::evidence(const TimeEvidence& evidence) const {
+  return ChangeEvidence(gram_ - gram(along_), b_, evidence.noise(), gram_.diagonal().maxCoeff());
 }
 
 }  // namespace truepose

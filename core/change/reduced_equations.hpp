@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 
+#include "core/change/change_evidence.hpp"
 #include "core/change/time_evidence.hpp"
 
 namespace truepose {
@@ -19,11 +20,8 @@ class ReducedEquations {
   ReducedEquations joined_with(const ReducedEquations& other) const;
   ReducedEquations less(const ReducedEquations& other) const;
 
-  /// What of the columns explains the residuals best.
-  Eigen::VectorXd step() const;
-  /// Of the squares of the residuals, what a step() takes away.
-  double gain(const Eigen::VectorXd& step) const { return step.dot(b_); }
-  double gain() const { return gain(step()); }
+  /// Of a change that moves the points by these columns.
+  ChangeEvidence evidence(const TimeEvidence& evidence) const;
 
  private:
   Eigen::MatrixXd gram_;   // of the columns

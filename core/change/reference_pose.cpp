@@ -1,9 +1,10 @@
 #include "core/change/reference_pose.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
-#include "core/change/drift_check.hpp"
+#include "core/change/drift_causes.hpp"
 #include "core/formatted.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/f_distribution.hpp"
@@ -61,34 +62,42 @@ std::string moment_of(std::span<const Eigen::Vector3d> readings_mm) {
 /// Part of the chance that the scatter takes: a step, by far the most usual, takes the rest.
 constexpr double kOfScatter = 0.1;
 
-/// Probability that readings of a pose that stayed are as unlikely as these, or more.
-double chance_of(std::span<const Eigen::Vector3d> whitened, double degrees) {
-  const auto n = static_cast<double>(whitened.size());
-  const double all = sum_of_squares(whitened), moments = n - 1;
-  double farthest = 0;
-  for (std::size_t k = 1; k < whitened.size(); ++k)
-    farthest =
-        std::max(farthest, all - sum_of_squares(whitened.first(k)) - sum_of_squares(whitened.subspan(k)));
-  const double scatter = f_tail(all / (3 * moments), 3 * moments, degrees);
-  const double step = moments * f_tail(farthest / 3, 3, degrees);
-  return std::min({1.0, step / (1 - kOfScatter), scatter / kOfScatter});
+/// A step before reading k, of noise that is known as well as by so many residuals.
+ChangeEvidence step_before(std::span<const Eigen::Vector3d> whitened, std::size_t k, double degrees) {
+  const auto n = static_cast<double>(whitened.size()), before = static_cast<double>(k);
+  const double weight = before * (n - before) / n;
+  const Eigen::Vector3d step = mean_of(whitened.subspan(k)) - mean_of(whitened.first(k));
+  return {weight * Eigen::Matrix3d::Identity(), weight * step, {degrees, weight * step.squaredNorm(), 3}};
 }
 
 }  // namespace
 
-std::optional<std::string> moved_reference(std::span<const Eigen::Vector3d> readings_mm,
-                                           const KnownNoise& noise, double accuracy_mm) {
+std::optional<ReferenceMotion> moved_reference(std::span<const Eigen::Vector3d> readings_mm,
+                                               const KnownNoise& noise, double accuracy_mm) {
   if (readings_mm.size() < 2) return std::nullopt;
   const Eigen::Matrix3d W = inverse_cholesky(reading_covariance(readings_mm.front(), noise.noise));
   std::vector<Eigen::Vector3d> whitened;
   for (const Eigen::Vector3d& reading : readings_mm) whitened.push_back(W * (reading - readings_mm.front()));
-  const double degrees = 3 * (static_cast<double>(readings_mm.size()) - 1);
+  const double moments = static_cast<double>(readings_mm.size()) - 1, squares = sum_of_squares(whitened);
   const bool large = farthest_step_mm(readings_mm) > kLargeFactor * accuracy_mm ||
-                     sum_of_squares(whitened) > kMostScatter * kMostScatter * degrees;
-  if (!large || chance_of(whitened, noise.degrees) >= kSignificance) return std::nullopt;
-  return formatted(
-      "the reference pose did not stay where it was: its %zu measurements are up to %.3f mm apart%s",
-      readings_mm.size(), farthest_apart_mm(readings_mm), moment_of(readings_mm).c_str());
+                     squares > kMostScatter * kMostScatter * 3 * moments;
+  std::vector<ChangeEvidence> steps;
+  for (std::size_t k = 1; k < whitened.size(); ++k) steps.push_back(step_before(whitened, k, noise.degrees));
+  const ChangeEvidence& step = *std::ranges::max_element(steps, {}, &ChangeEvidence::gain);
+  const double scatter = f_tail(squares / (3 * moments), 3 * moments, noise.degrees);
+  const double chance =
+      std::min(moments * step.chance(noise.degrees) / (1 - kOfScatter), scatter / kOfScatter);
+  if (!large || chance >= kSignificance) return std::nullopt;
+  const Eigen::Matrix3d L = W.inverse();
+  ReferenceMotion found;
+  static_cast<ChangeFound&>(found) = {{{ChangeKind::Pose}, TimeProfile::Step},
+                                      step.best() - std::log(moments),
+                                      L * step.step(),
+                                      (L * step.sigma().asDiagonal()).rowwise().norm()};
+  found.sentence = name_of(found, {}, {}) + formatted(": its %zu measurements are up to %.3f mm apart%s",
+                                                      readings_mm.size(), farthest_apart_mm(readings_mm),
+                                                      moment_of(readings_mm).c_str());
+  return found;
 }
 
 }  // namespace truepose

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "core/change/change_hypothesis.hpp"
 #include "core/data/measurement.hpp"
 
 namespace truepose {
@@ -19,6 +20,11 @@ struct KnownNoise {
   double degrees = 0;  ///< of freedom of an estimate that is known as well
 };
 
+/// A reference pose that did not stay: its most likely step, mm in the tracker frame.
+struct ReferenceMotion : ChangeFound {
+  std::string sentence;
+};
+
 /// Whether one and the same pose, measured again and again, did not stay where it was: off by more than the
 /// noise explains, and moved by more than matters to a model of this accuracy.
 ///
@@ -27,8 +33,8 @@ struct KnownNoise {
 /// the noise is an estimate.
 ///
 /// @param accuracy_mm  mean error of the model
-/// @return a clause; nothing where it stayed, or was measured less than twice
-std::optional<std::string> moved_reference(std::span<const Eigen::Vector3d> readings_mm,
-                                           const KnownNoise& noise, double accuracy_mm);
+/// @return nothing where it stayed, or was measured less than twice
+std::optional<ReferenceMotion> moved_reference(std::span<const Eigen::Vector3d> readings_mm,
+                                               const KnownNoise& noise, double accuracy_mm);
 
 }  // namespace truepose

@@ -5,10 +5,14 @@
 #include <optional>
 #include <span>
 
+#include "core/change/change_evidence.hpp"
 #include "core/data/calibrated_cell.hpp"
 #include "core/data/measurement.hpp"
 
 namespace truepose {
+
+/// Residuals that a stated noise counts as: it is known to a quarter.
+inline constexpr double kStatedCounts = 10;
 
 /// Residuals of the points with the identified parameters, and their derivatives; in standard deviations
 /// where the noise is known. Of a stop that several reflectors show the rows are their mean and their
@@ -21,6 +25,11 @@ struct TimeEvidence {
   Eigen::VectorXd beams;  ///< of each point, whitened, unit length
   int degrees = 0;        ///< of freedom
   bool noise_known = false;
+
+  /// Of the residuals: a stated noise is known to a quarter.
+  NoiseScale noise() const {
+    return {noise_known ? kStatedCounts : 0, r.squaredNorm(), static_cast<double>(degrees)};
+  }
 };
 
 /// Where the three rows of a point begin.

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "core/change/drift_causes.hpp"
+#include "core/change/change_hypothesis.hpp"
 #include "core/formatted.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/rigid_fit.hpp"
@@ -76,9 +76,9 @@ void fit(const Pairs& pairs, TrackerMotion& motion) {
   }
   motion.covariance = inverse(N);
   motion.X = small_motion(motion.covariance * b, motion.centre_mm) * motion.X;
-  motion.shift_mm = motion.X * motion.centre_mm - motion.centre_mm;
   const Eigen::AngleAxisd turn(motion.X.linear());
-  motion.turn_rad = turn.angle() * turn.axis();
+  motion.moved << motion.X * motion.centre_mm - motion.centre_mm, turn.angle() * turn.axis();
+  motion.sigma = motion.covariance.diagonal().cwiseSqrt();
 
   double left2 = 0;
   for (std::size_t i = 0; i < pairs.nest.size(); ++i) {
@@ -86,6 +86,10 @@ void fit(const Pairs& pairs, TrackerMotion& motion) {
     left2 += (pairs.W[i] * left_mm).squaredNorm();
     motion.left_mm[pairs.nest[i]] = left_mm.norm();
   }
+  const Vector6 mrad = (Vector6() << 1, 1, 1, 1e-3, 1e-3, 1e-3).finished();  // a metre away as much as a mm
+  const Matrix6 of_units = mrad.asDiagonal() * N * mrad.asDiagonal();
+  motion.evidence =
+      ChangeEvidence(of_units, of_units * motion.moved.cwiseQuotient(mrad)).best_of_fit(still2 - left2);
   motion.probability = chi_square_tail(still2 - left2, 6);
   motion.fit = chi_square_tail(left2, 3 * static_cast<int>(pairs.nest.size()) - 6);
 }
@@ -230,8 +234,8 @@ std::vector<std::string> described_moves(const StandHistory& history) {
     moves.push_back(formatted(
         "between measurements %zu and %zu of the nests the tracker moved: it stands %.3f mm (sigma %.3f) and %.0f "
         "urad (sigma %.0f) from where it stood at first",
-        before.last + 1, after.first + 1, motion.shift_mm.norm(), std::sqrt(of_shift.trace() / 3),
-        1e6 * motion.turn_rad.norm(), 1e6 * std::sqrt(of_turn.trace() / 3)));
+        before.last + 1, after.first + 1, motion.shift_mm().norm(), std::sqrt(of_shift.trace() / 3),
+        1e6 * motion.turn_rad().norm(), 1e6 * std::sqrt(of_turn.trace() / 3)));
   }
   return moves;
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/change/change_hypothesis.hpp"
 #include "core/data/measurement.hpp"
 
 namespace truepose {
@@ -21,17 +22,19 @@ struct NestReading {
 };
 using NestReadings = std::vector<NestReading>;  ///< nest by nest, each time in the same order
 
-/// By what a tracker, or what it stands on, has moved between two times.
-struct TrackerMotion {
+/// By what a tracker, or what it stands on, has moved between two times: shift of X at the centre, turn of X.
+struct TrackerMotion : ChangeFound {
   /// Brings a point that is seen now to where it would have been seen then.
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   Eigen::Vector3d centre_mm{0, 0, 0};                                            ///< of the nests
-  Eigen::Vector3d shift_mm{0, 0, 0};                                             ///< of X there
-  Eigen::Vector3d turn_rad{0, 0, 0};                                             ///< of X
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  ///< of shift and turn
   double probability = 1;       ///< that a tracker that stands still shows as much
   double fit = 1;               ///< that nests that stand still leave as much of a rigid motion
   std::vector<double> left_mm;  ///< by each nest: what the motion does not explain; 0 where it was not seen
+
+  TrackerMotion() { moved = sigma = Eigen::VectorXd::Zero(6); }
+  Eigen::Vector3d shift_mm() const { return moved.head<3>(); }
+  Eigen::Vector3d turn_rad() const { return moved.tail<3>(); }
 };
 
 /// @param noise  of one reading; of places that an arm comes back to, with its repeatability

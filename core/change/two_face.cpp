@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/change/drift_causes.hpp"
+#include "core/change/change_hypothesis.hpp"
 #include "core/formatted.hpp"
 #include "core/math/dense_algebra.hpp"
 #include "core/math/statistics.hpp"

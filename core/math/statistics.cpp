@@ -88,12 +88,6 @@ double standard_errors_gained(std::span<const double> before, std::span<const do
   return mean == 0 ? 0 : std::copysign(HUGE_VAL, mean);
 }
 
-double akaike_criterion(double left2, int degrees, int unknowns) {
-  const double n = degrees, k = unknowns;
-  if (n <= k + 1) return std::numeric_limits<double>::infinity();
-  return n * std::log(left2 / n) + 2 * k + 2 * k * (k + 1) / (n - k - 1);
-}
-
 double gamma_tail(double x, double shape) {
   assert(shape > 0);
   if (x <= 0) return 1;

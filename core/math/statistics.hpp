@@ -53,16 +53,6 @@ inline bool improves(const ErrorStatistics& before, const ErrorStatistics& after
 /// @param before, after  as many, at least two
 double standard_errors_gained(std::span<const double> before, std::span<const double> after);
 
-/// Akaike's information criterion of an explanation of normal residuals of unknown scale, corrected for few
-/// of them: twice the logarithm by which it is less likely than another is the difference of theirs. Infinite
-/// where there are hardly more residuals than unknowns.
-///
-/// @param left2     squares of the residuals that it leaves
-/// @param degrees   of freedom of these without it
-/// @param unknowns  that it has
-/// Source: Hurvich, Tsai, Regression and time series model selection in small samples, Biometrika 76 (1989).
-double akaike_criterion(double left2, int degrees, int unknowns);
-
 /// Probability that a gamma variable of this shape and unit scale exceeds x: 1 where x <= 0. Exact to about
 /// 1e-13 of itself.
 ///

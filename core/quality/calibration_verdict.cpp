@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "core/calibrate/outlier_rejection.hpp"
-#include "core/change/chance_of_gain.hpp"
 #include "core/change/drift_check.hpp"
 #include "core/change/movement.hpp"
 #include "core/change/reference_pose.hpp"
+#include "core/change/time_evidence.hpp"
 #include "core/data/clock_step.hpp"
 #include "core/data/error_bounds.hpp"
 #include "core/fit/measurement_model.hpp"
@@ -161,12 +161,12 @@ KnownNoise noise_of_reference(const Case& of) {
 Finds reference_moved(const Case& of) {
   auto moved = moved_reference(of.reference_mm, noise_of_reference(of), of.judged.predicted.after.mean);
   if (!moved) return std::nullopt;
-  return finding(ReferenceMoved, *std::move(moved));
+  return finding(ReferenceMoved, std::move(moved->sentence));
 }
 
 Finds moved_meanwhile(const Case& of) {
   if (!of.moved) return std::nullopt;
-  return finding_of(*of.moved, of.data, of.judged.achieved.mean);
+  return finding_of(*of.moved, of.calibration.cell, of.data, of.judged.achieved.mean);
 }
 
 /// The model is that of the arm as warm as it was at the last point: what it does as it goes on warming up is

@@ -28,18 +28,11 @@ std::string way_of(const Movement& moved, const MeasurementData& data) {
   return way;
 }
 
-/// A base, a joint or a reflector that something happened to while it was measured.
-std::string in_words(const Change& change, const MeasurementData& data) {
-  if (change.kind == ChangeKind::Base)
-    return station_prefix(data, change.index) + "the tracker or the base moved";
-  if (change.kind == ChangeKind::JointZero)
-    return formatted("the encoder offset of joint %d changed", change.index + 1);
-  if (change.kind == ChangeKind::Growth)
-    return "all lengths of the arm changed, as it became warmer or colder";
-  if (change.kind == ChangeKind::Load) return "the load on the flange changed";
-  if (change.kind == ChangeKind::AllZeros) return "the joints were mastered again";
-  return "reflector '" + data.smr_names[static_cast<std::size_t>(change.index)] +
-         "' was exchanged or moved on the flange";
+/// "station 'door': the tracker or the base moved"
+std::string in_words(const ChangeHypothesis& change, const CalibratedCell& cell,
+                     const MeasurementData& data) {
+  const bool of_station = change.what.kind == ChangeKind::Base;
+  return (of_station ? station_prefix(data, change.what.index) : "") + name_of(change, cell, data.points);
 }
 
 FindingKind kind_of(ChangeKind kind) {
@@ -70,9 +63,10 @@ std::string place_of(const MeasurementData& data, std::size_t index) {
   return place + " of '" + data.stations[static_cast<std::size_t>(point.station)] + "'";
 }
 
-Finding finding_of(const Movement& moved, const MeasurementData& data, double mean_error_mm) {
-  std::string who = in_words(moved.what, data);
-  for (const Change& other : moved.or_else) who += ", or " + in_words(other, data);
+Finding finding_of(const Movement& moved, const CalibratedCell& cell, const MeasurementData& data,
+                   double mean_error_mm) {
+  std::string who = in_words(moved, cell, data);
+  for (const ChangeHypothesis& other : moved.or_else) who += ", or " + in_words(other, cell, data);
   const bool little = moved.moved_mm < kLittle * mean_error_mm;
   const bool is_open = !moved.or_else.empty() || (moved.or_warmth && !little);
   const std::string how = (is_open ? ", " : " ") + way_of(moved, data);
@@ -81,11 +75,11 @@ Finding finding_of(const Movement& moved, const MeasurementData& data, double me
   if (moved.or_warmth) who += ", or the arm warmed up";
   const bool surely = !moved.or_warmth && (moved.what.kind == ChangeKind::Base || moved.halves);
   if (!moved.or_joint) return finding(surely ? kind_of(moved.what.kind) : ChangeUnsure, who + how);
-  return finding(ChangeUnsure,
-                 who + how +
-                     formatted(", or joint %d errs as much with its position: the order of the points does "
-                               "not separate these",
-                               *moved.or_joint + 1));
+  return finding(
+      ChangeUnsure,
+      who + how + ", or " +
+          in_words({{ChangeKind::JointErrors, *moved.or_joint}, TimeProfile::ByAngle}, cell, data) +
+          ": the order of the points does not separate these");
 }
 
 }  // namespace truepose

@@ -15,6 +15,7 @@ std::string place_of(const MeasurementData& data, std::size_t index);
 /// What a verdict says of a movement.
 ///
 /// @param mean_error_mm  of the calibration: a movement or warmth of as little does no harm
-Finding finding_of(const Movement& moved, const MeasurementData& data, double mean_error_mm);
+Finding finding_of(const Movement& moved, const CalibratedCell& cell, const MeasurementData& data,
+                   double mean_error_mm);
 
 }  // namespace truepose

@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "core/change/drift_causes.hpp"
 #include "core/change/tracker_motion.hpp"
 #include "core/formatted.hpp"
 #include "core/math/dense_algebra.hpp"
@@ -202,8 +201,8 @@ std::expected<void, CampaignError> InterruptionCheck::fit() {
   if (!motion) return std::unexpected(refused("the poses measured again: " + motion.error()));
   if (motion->probability < kSignificance) {
     X_ = motion->X;
-    moved_ = formatted("the tracker or the base has moved by %.3f mm and %.0f urad", motion->shift_mm.norm(),
-                       1e6 * motion->turn_rad.norm());
+    moved_ = formatted("the tracker or the base has moved by %.3f mm and %.0f urad",
+                       motion->shift_mm().norm(), 1e6 * motion->turn_rad().norm());
   }
   if (left_mm(worst()) <= kMostSigmas * sigma_mm(worst())) return {};
   return std::unexpected(refused(formatted(

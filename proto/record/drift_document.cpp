@@ -89,9 +89,9 @@ DriftDocument drift_of(const DriftCheck& check, const DriftReference& reference,
 }
 
 ModelUpdate update_of(const DriftUpdate& update, std::span<const Measurement> points) {
-  const auto sentences = [&](const std::vector<DriftMove>& moves) {
+  const auto sentences = [&](const std::vector<ChangeFound>& moves) {
     std::vector<std::string> all;
-    for (const DriftMove& move : moves) all.push_back(described(move, update.cell, points));
+    for (const ChangeFound& move : moves) all.push_back(described_with_sigma(move, update.cell, points));
     return all;
   };
   return {.offered = update.doubts.empty(),

@@ -377,7 +377,7 @@ TEST(DriftUpdateOfARealArm, FindsAllZerosThatMoved) {
     const auto update = update_after_drift(reference, now);
     ASSERT_TRUE(update);
     EXPECT_TRUE(update->explains) << "seed " << run;
-    for (const DriftMove& move : update->moves) {
+    for (const ChangeFound& move : update->moves) {
       if (move.what.kind != ChangeKind::JointZero) continue;
       const double moved_rad = kMoved_deg[static_cast<std::size_t>(move.what.index)] * kRadPerDeg;
       within += std::abs(move.moved[0] - moved_rad) < 2 * move.sigma[0];

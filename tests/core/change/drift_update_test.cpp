@@ -79,7 +79,7 @@ TEST_F(UpdateOfAnExactModel, BringsBackABaseThatMovedAndNothingElse) {
     EXPECT_EQ(update.cell.robot.joints[i].theta_rad, reference_.cell.robot.joints[i].theta_rad);
   EXPECT_GT(update.before_mm, 0.2);
   EXPECT_LT(update.left_out_mm, 0.02);
-  const std::string text = described(update.moves[0], update.cell, points());
+  const std::string text = described_with_sigma(update.moves[0], update.cell, points());
   EXPECT_TRUE(text.starts_with("the tracker or the base moved by 0.2")) << text;
   EXPECT_NE(text.find(" deg (sigma 0.0"), std::string::npos) << text;
 }
@@ -112,7 +112,7 @@ TEST_F(UpdateOfAnExactModel, TakesNoZeroOfAnArmThatWarmedUpAsKnownToBeStill) {
   EXPECT_TRUE(update.doubts.empty()) << update.doubts.front();
   ASSERT_EQ(update.moves.size(), 6U);
   for (std::size_t i = 0; i < 6; ++i) {
-    const DriftMove& move = update.moves[i];
+    const ChangeFound& move = update.moves[i];
     EXPECT_EQ(move.what, (Change{ChangeKind::JointZero, static_cast<int>(i)}));
     const double turned_rad = moved_between(reference_.cell, truth_, move.what)[0];
     EXPECT_NEAR(move.moved[0], turned_rad, 3 * move.sigma[0]) << i;

@@ -38,9 +38,9 @@ TEST(ReferencePose, MovedByTwoTenthsBeforeAnyOfItsReadings) {
   for (std::size_t moved = 1; moved < 5; ++moved) {
     const auto sentence = moved_reference(readings(moved, 0.2), kStated, kAccuracy_mm);
     ASSERT_TRUE(sentence) << "before reading " << moved + 1;
-    EXPECT_TRUE(sentence->contains("between its measurements " + std::to_string(moved) + " and " +
-                                   std::to_string(moved + 1)))
-        << *sentence;
+    EXPECT_TRUE(sentence->sentence.contains("between its measurements " + std::to_string(moved) + " and " +
+                                            std::to_string(moved + 1)))
+        << sentence->sentence;
   }
 }
 

@@ -51,7 +51,7 @@ TEST_F(Nests, TellHowTheTrackerMoved) {
       tracker_motion(seen(motion_of({0, 0, 0}), false), seen(X, false), {.tracker = kMotionNoise});
   ASSERT_TRUE(motion) << motion.error();
   EXPECT_LT((motion->X.matrix() - X.matrix()).norm(), 1e-9);
-  EXPECT_LT((motion->turn_rad - Eigen::Vector3d(2e-3, -1e-3, 3e-3)).norm(), 1e-9);
+  EXPECT_LT((motion->turn_rad() - Eigen::Vector3d(2e-3, -1e-3, 3e-3)).norm(), 1e-9);
   EXPECT_LT(motion->probability, 1e-12);
   EXPECT_NEAR(motion->fit, 1, 1e-6);
 }
@@ -64,8 +64,8 @@ TEST_F(Nests, StateShiftAndTurnWithTheUncertaintyThatTheyHave) {
     seed(static_cast<std::uint64_t>(trial));
     const auto motion = tracker_motion(seen(), seen(X), {.tracker = kMotionNoise});
     Eigen::Matrix<double, 6, 1> off;
-    off << motion->shift_mm - (X * motion->centre_mm - motion->centre_mm),
-        motion->turn_rad - Eigen::Vector3d(5e-6, 0, -8e-6);
+    off << motion->shift_mm() - (X * motion->centre_mm - motion->centre_mm),
+        motion->turn_rad() - Eigen::Vector3d(5e-6, 0, -8e-6);
     distance2 += off.dot(motion->covariance.inverse() * off);
   }
   // The mean of so many chi-squares of 6 degrees of freedom scatters by sqrt(12 / trials).

@@ -55,18 +55,6 @@ TEST(ChiSquare, IsCertainBelowZeroAndFallsFromThere) {
   }
 }
 
-// By hand: 10 ln(5 / 10) + 2 * 2 + 2 * 2 * 3 / (10 - 2 - 1).
-TEST(AkaikeCriterion, CountsWhatIsLeftAndEveryUnknown) {
-  EXPECT_NEAR(akaike_criterion(5, 10, 2), -6.9314718056 + 4 + 12.0 / 7, 1e-9);
-  EXPECT_LT(akaike_criterion(4, 10, 2), akaike_criterion(5, 10, 2));
-  EXPECT_GT(akaike_criterion(5, 10, 3), akaike_criterion(5, 10, 2));
-}
-
-TEST(AkaikeCriterion, NeverPrefersAsManyUnknownsAsResiduals) {
-  EXPECT_TRUE(std::isinf(akaike_criterion(1e-20, 10, 9)));
-  EXPECT_TRUE(std::isinf(akaike_criterion(1e-20, 10, 12)));
-}
-
 TEST(PairedDifferences, FallByTheirMeanOverItsStandardError) {
   // Differences 1, 2, 3, 6: mean 3, sample variance 14 / 3, of the mean 14 / 12.
   const std::vector<double> before{11, 22, 33, 46}, after{10, 20, 30, 40};

@@ -1,4 +1,4 @@
-#include "core/change/chance_of_gain.hpp"
+#include "core/change/stated_noise.hpp"
 
 #include <gtest/gtest.h>
 
@@ -42,7 +42,9 @@ TEST(StatedNoise, ThatNobodyStatedExplainsNothing) {
 TEST(ChanceOfGain, IsAThousandTimesGreaterWhereTheNoiseHadToBeAQuarterMoreThanStated) {
   const TimeEvidence evidence = evidence_of(1.2);
   const auto chance = [&](double squares, StatedNoise noise) {
-    return chance_of({.squares = squares, .unknowns = 3, .noise = noise}, evidence);
+    const ChangeEvidence change(Eigen::Matrix3d::Identity(),
+                                Eigen::Vector3d::Constant(std::sqrt(squares / 3)), evidence.noise());
+    return chance_of(change, noise, halves(change.gain(), 3, evidence));
   };
   const double third = evidence.r.squaredNorm() / 3, most = 0.8 * evidence.r.squaredNorm();
   EXPECT_EQ(chance(third, StatedNoise::Contradicts), 1);

@@ -1,20 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
+#include <expected>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "core/change/cell_change.hpp"
-#include "core/data/calibrated_cell.hpp"
+#include "core/change/change_hypothesis.hpp"
+#include "core/change/drift_reference.hpp"
 
 namespace truepose {
-
-/// A change is taken to have happened where that makes the points so many times as probable (as a logarithm),
-/// all that it may have been integrated out.
-///
-/// Source: Kass, Raftery, Bayes factors, JASA 90 (1995): strong evidence.
-inline const double kPays = std::log(20.0);
 
 /// Changes whose unknowns have a prior of one width.
 struct ChangePrior {
@@ -26,17 +22,6 @@ struct ChangePrior {
 
   bool is(ChangeKind kind) const { return changes.front().what.kind == kind; }
 };
-
-/// How the changes' unknowns move the parameters: a column each for a mm, a mrad or a thousandth of all
-/// lengths, which one metre away are much the same.
-Eigen::MatrixXd directions_of(std::span<const PossibleChange> changes, const CalibratedCell& cell);
-
-/// Chooses the widths by which the whitened residuals b are most probable, beginning with the least ones: one
-/// change after the other is taken in, let go or changed as long as that pays. Of four points one may be
-/// wrong.
-///
-/// Source: Tipping, Faul, Fast marginal likelihood maximisation for sparse Bayesian models, AISTATS 9 (2003).
-void choose_widths(std::vector<ChangePrior>& priors, const Eigen::VectorXd& b);
 
 /// Covariance of the whitened residuals: that of an unchanged cell is one.
 /// @param without  left out; null: none
@@ -54,8 +39,30 @@ struct ChangePosterior {
   /// How many of them the points determined, rather than the priors.
   double determined() const { return static_cast<double>(H.rows()) - H.trace(); }
 };
-/// @param parameters  of the cell
-ChangePosterior posterior_of(const std::vector<ChangePrior>& priors, const Eigen::VectorXd& b,
-                             Eigen::Index parameters);
+
+/// A cell on its way to the most probable one.
+struct DriftFit {
+  CalibratedCell cell;
+  std::vector<ChangePrior> priors;
+  std::shared_ptr<const DriftResiduals> residuals;  ///< of the cell; null: not yet known
+  Eigen::VectorXd x;                                ///< by which its parameters moved from the start
+  ChangePosterior posterior;
+  double evidence = -HUGE_VAL;  ///< its logarithm, but for a constant; of chosen widths
+};
+
+enum class Widths { Kept, Chosen };
+
+/// Gauss-Newton from `start`. Widths are chosen, until it settles, as those by which the residuals are most
+/// probable, beginning with the least ones: one change after the other is taken in, let go or changed as long
+/// as that pays. Of four points one may be wrong.
+///
+/// Errors: as drift_residuals().
+/// Source: Tipping, Faul, Fast marginal likelihood maximisation for sparse Bayesian models, AISTATS 9 (2003).
+std::expected<DriftFit, std::string> fitted_drift(const DriftReference& reference,
+                                                  std::span<const Measurement> points, DriftFit start,
+                                                  Widths widths);
+
+/// The changes that happened, in the order of their priors.
+std::vector<ChangeFound> found_in(const DriftFit& fit, const DriftReference& reference);
 
 }  // namespace truepose
