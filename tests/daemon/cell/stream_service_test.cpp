@@ -172,6 +172,7 @@ TEST_F(AWatchedStream, SaysThatItWaitsForTheControllersProgramAndThenForItsPacke
 TEST_F(AWatchedStream, IsNotStartedWhereTheControllersProgramCannotBe) {
   sends = false;
   play([this]() -> Wait {
+    co_await pass(500ms);  // no question to the controller is under way, which would show the loss first
     robot.disconnect();
     const Answer started = co_await ask("stream.start");
     EXPECT_FALSE(started);
