@@ -119,7 +119,7 @@ inline constexpr std::array kFindings{
                "a residual above 3 times the noise", kByExperience, 0.005,
                "identify with --non-geometric auto, or look for what the model does not know"},
     FindingRow{FindingKind::ManyOutliers, "V_MANY_OUTLIERS", Severity::Warning, "more than 10 % outliers",
-               kByExperience, 0, "check tracker, reflector and joint readings"},
+               kByExperience, 0.001, "check tracker, reflector and joint readings"},
     FindingRow{FindingKind::Outliers, "V_OUTLIERS", Severity::Note, "points beyond six sigma, left out",
                "six sigma", 1, ""},
     FindingRow{FindingKind::FieldSubset, "V_FIELD_SUBSET", Severity::Note,

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <cassert>
+#include <algorithm>
+#include <cstdlib>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -68,7 +69,7 @@ class Io {
       if (!reads()) return write_word(word_of(first, x));
       x = meaning_of(first, read_word(words_of(first)));
     } else if constexpr (ReadsItself<First, T>) {
-      assert(!"a form that reads by itself and has no form_of() cannot be written");
+      std::abort();  // a form that reads by itself and has no form_of() cannot be written
     } else if constexpr (kIsA<T, std::optional>) {
       if (describes()) {
         typename T::value_type one{};
@@ -255,9 +256,9 @@ class Io {
   void vector(T& x, const How&... how) {
     std::vector<double> numbers(x.begin(), x.end());
     list(numbers, how...);
-    if (describes() && T::MaxSizeAtCompileTime != Eigen::Dynamic)
-      describe_size(T::SizeAtCompileTime == Eigen::Dynamic ? 0 : T::SizeAtCompileTime,
-                    T::MaxSizeAtCompileTime);
+    constexpr int kSize = T::SizeAtCompileTime, kMost = T::MaxSizeAtCompileTime;
+    if (describes() && kMost != Eigen::Dynamic)
+      describe_size(static_cast<std::size_t>(std::max(kSize, 0)), static_cast<std::size_t>(kMost));
     if (!reads()) return;
     const auto size = static_cast<Eigen::Index>(numbers.size());
     if (T::SizeAtCompileTime != Eigen::Dynamic && size != T::SizeAtCompileTime)

@@ -318,7 +318,7 @@ std::vector<Kind> kinds() {
       arm = TrueArm{loaded, 5};
     };
   });
-  add("geometry alone, heavy arm", {"identify the non-geometric errors"},
+  add("geometry alone, heavy arm", {"--non-geometric auto"},
       [](Cell& cell) { cell.truth.non_geometric = heavy_arm_errors({}); });
   add("one reading wrong", {"contradict the others", "beyond six sigma"},
       spoiled([](MeasurementData& data, Random& random) {
@@ -460,7 +460,8 @@ TEST(VerdictOnUnsoundCampaigns, IsNeverGreenOfABadModelAndNamesTheReason) {
       kind.make(cell);
       const Measured made = measured(cell, seed);
       std::string text = made.refusal;
-      for (const Finding& finding : made.verdict.findings) text += finding.sentence + "; ";
+      for (const Finding& finding : made.verdict.findings)
+        text += finding.sentence + ": " + finding.what_to_do + "; ";
       const bool is_said =
           std::ranges::any_of(kind.words, [&](std::string_view w) { return text.contains(w); });
       const bool is_green = !made.refused && made.verdict.color() == VerdictColor::Green;
