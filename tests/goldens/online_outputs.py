@@ -95,7 +95,9 @@ class Record:
     def __init__(self, cell):
         self.cell = cell
         self.client = Client(cell.port, TOKEN)
-        self.masks = [(str(cell.folder), "<cell>"), (str(cell.config), "<config>"), (cell.folder.name, "<folder>"),
+        # How far a campaign is when it is first seen, or paused, depends on the machine's timing.
+        self.masks = [(r"\A\w+ +\d+/\d+ poses(?=\n)", "<phase> 0/0 poses"), (r"(?<=to identify from, )\d+(?= are too few)", "<poses>"),
+                      (str(cell.folder), "<cell>"), (str(cell.config), "<config>"), (cell.folder.name, "<folder>"),
                       ("the controller closed the connection|Connection reset by peer", "<connection ended>"),
                       ("SCHED_.*|the last .* s, .* kB", "<of the machine>"), (r'"state":"(running|idle)"', '"state":"<state>"'),
                       (r'"(next|oldest)": \d+', r'"\1": "<number>"')]
