@@ -10,7 +10,7 @@
 namespace truepose::config {
 
 /// A positioner, and the workpiece on it: all that it takes to send the arm's TCP to the workpiece. As a
-/// tool's file it keeps the readings of the workpiece, and the table by which they are reckoned.
+/// tool's file it keeps the readings of the workpiece, and the table that they are converted by.
 struct PositionerFile {
   int number = 2;                                          ///< of MACHINE_DEF
   std::string arm;                                         ///< name of the nominal robot

@@ -130,7 +130,7 @@ std::optional<Arguments> read_arguments(int argc, char** argv) {
   return arguments;
 }
 
-/// Ends of a process that leave a correction in effect, for reasons that are none: a log that nobody reads
+/// Ends of a process that leave a correction in effect, for reasons that are none: a log without a reader
 /// any more or that has grown to its limit, and signals that mean nothing here.
 void ignore_signals() {
   for (const int ignored : {SIGPIPE, SIGXFSZ, SIGUSR1, SIGUSR2}) ::signal(ignored, SIG_IGN);

@@ -88,7 +88,7 @@ std::vector<Eigen::Matrix3d> WeightedPoints::trusted_whitening() const {
 bool WeightedPoints::weigh(const CalibratedCell& cell, Loss loss, double sigma_mm) {
   constexpr double kSame = 1e-6;
   sigma_mm_ = sigma_mm;
-  // Huber's weights are never zero: Tukey's cut tells which of its points are outliers.
+  // Huber's weights are never zero: Tukey's limit decides which of its points are outliers.
   const Loss judge = loss == Loss::Huber ? Loss::Tukey : loss;
   const LeastSquaresProblem whitened{
       .points = points_, .free = {}, .W = whitening_, .turn_weight = turns_, .prior = {}};

@@ -75,10 +75,10 @@ class EventBus {
     control::Dropped dropped;  ///< that it did not get, lately; none without a line
   };
 
-  /// A reader's place in the stream of events. To one that reads too slowly, what tells how things continue
-  /// (stream, campaign, measurement, log) is dropped but for the newest; an event that a user may have to act
-  /// on is not: once too much of that is owed, the reader has fallen behind and must go. One that still reads
-  /// what it missed from the archive loses nothing.
+  /// A reader's place in the stream of events. A slow reader gets the newest event alone of a topic that
+  /// reports progress (stream, campaign, measurement, log). An event that a user may have to act on is never
+  /// dropped: a reader with too many of them in its queue is disconnected. A reader that reads the events
+  /// that it missed from the archive loses none.
   class Subscription {
    public:
     /// What is to be read from the archive before there is anything to take.

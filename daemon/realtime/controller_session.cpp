@@ -208,8 +208,8 @@ void ControllerSession::continue_session(const rsi::RobotFrame& frame, const Ipo
   verdict.taken = receipt.taken;
   verdict.late = receipt.late;
 
-  // Where IPOC and time agree, the count of cycles without a reply tells a session that continued from one
-  // that began meanwhile: that one has counted fewer.
+  // Where IPOC and time agree, the count of cycles without a reply separates a session that continued from
+  // one that began meanwhile: that one has counted fewer.
   const auto silence = received_ - received_before_;
   const auto cycles = static_cast<std::int64_t>(position.elapsed);
   // A count that has jumped says nothing of datagrams that were sent.

@@ -107,7 +107,7 @@ class Night {
       if (event->topic == "campaign") phase = event->data.at("phase").as_string();
       // Where the beam stays away the campaign waits for somebody who has looked at the cell.
       if (event->topic == "cell" && event->data.at("state") == "paused") ask("campaign.resume");
-      // The robot was cut off in the moment in which the campaign continued: somebody sees that and tries
+      // The robot was cut off in the moment in which the campaign continued: an operator sees that and tries
       // again.
       if (phase == "interrupted" && event->topic == "cell" && event->data.at("state") == "fault") {
         ask("cell.acknowledge");

@@ -73,15 +73,15 @@ TEST_F(Nests, StateShiftAndTurnWithTheUncertaintyThatTheyHave) {
 }
 
 TEST_F(Nests, SeldomAccuseATrackerThatStandsStill) {
-  int accused = 0;
+  int reported = 0;
   for (std::uint64_t trial = 0; trial < 1000; ++trial) {
     seed(trial);
     std::vector<NestReadings> checks;
     for (int check = 0; check < 7; ++check) checks.push_back(seen());
     const StandHistory history = stand_history(checks, kMotionNoise);
-    accused += history.moved() || !history.doubts.empty();
+    reported += history.moved() || !history.doubts.empty();
   }
-  EXPECT_LE(accused, 20) << "twice kSignificance: of moves, and of nests that disagree";
+  EXPECT_LE(reported, 20) << "twice kSignificance: of moves, and of nests that disagree";
 }
 
 TEST_F(Nests, FindATripodThatSlippedByATwentiethOfAMillimetre) {

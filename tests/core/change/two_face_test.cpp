@@ -64,12 +64,12 @@ TEST_F(TwoFaces, PutRightWhatWasReadInOneAlone) {
 }
 
 TEST_F(TwoFaces, SeldomAccuseATrackerThatNeedsNoCompensation) {
-  int accused = 0;
+  int reported = 0;
   for (std::uint64_t trial = 0; trial < 1000; ++trial) {
     random = Random{trial};
-    accused += aiming_constants(seen({}), kTrackerNoise)->significant();
+    reported += aiming_constants(seen({}), kTrackerNoise)->significant();
   }
-  EXPECT_LE(accused, 15);
+  EXPECT_LE(reported, 15);
 }
 
 TEST_F(TwoFaces, NoticeWhatTheConstantsDoNotExplain) {

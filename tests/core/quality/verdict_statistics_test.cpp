@@ -185,11 +185,11 @@ TEST(VerdictOnABadCampaign, DoesNotCallATrackerMovedThatIsNoisierThanStated) {
   const auto noisy = [](TrueArmSetup&, TrackerNoiseModel& noise, int) { noise.range_mm = 0.05; };
   for (const auto& [identify, validate] : {std::pair{30, 30}, std::pair{16, 8}, std::pair{10, 6}}) {
     const int runs = trials(400);
-    const int accused = campaigns_saying(runs, "the tracker or the base moved",
-                                         {.identify = identify, .validate = validate, .before = noisy});
-    std::cout << identify << " + " << validate << " poses: called moved in " << accused << " of " << runs
+    const int reported = campaigns_saying(runs, "the tracker or the base moved",
+                                          {.identify = identify, .validate = validate, .before = noisy});
+    std::cout << identify << " + " << validate << " poses: called moved in " << reported << " of " << runs
               << '\n';
-    EXPECT_LE(accused, (identify == 10 ? 0.05 : 0.005) * trials(400) + (all_trials() ? 0 : 2));
+    EXPECT_LE(reported, (identify == 10 ? 0.05 : 0.005) * trials(400) + (all_trials() ? 0 : 2));
   }
 }
 
