@@ -131,7 +131,7 @@ json::object DaemonCell::status_json() const {
           {"tracker", devices_.tracker_json()},
           {"campaign", campaigns_.json()},
           {"interrupted", campaigns_.interrupted_json()},
-          {"model", models_.active_json()},
+          {"model", models_.active_summary() ? json::value(record::to_json(*models_.active_summary())) : json::value{}},
           {"stream", stream_.json()},
           {"recording", recording_.json()},
           {"faults", runner_.faults().json()}};

@@ -1,6 +1,7 @@
 #include "daemon/cell/model_service.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "config/cell_setup.hpp"
@@ -8,11 +9,11 @@
 #include "core/math/angles.hpp"
 #include "core/math/statistics.hpp"
 #include "daemon/log/log.hpp"
+#include "proto/rpc/events.hpp"
 
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 
@@ -22,36 +23,30 @@ constexpr const char* kActiveModel = "active model";  // what may be owed to the
 constexpr std::size_t kModelsRemembered = 8;          // of those that the stream was given
 
 /// Not validated = no number.
-json::value error_or_null(double mean_mm) { return mean_mm > 0 ? json::value(mean_mm) : json::value{}; }
-
-json::object model_json(const ModelRecord& record) {
-  return {{"id", record.id},
-          {"created", record.created},
-          {"campaign_id", record.campaign_id},
-          {"robot_serial", record.robot_serial},
-          {"validation_before_mm", error_or_null(record.validation_before_mm)},
-          {"validation_after_mm", error_or_null(record.validation_after_mm)},
-          {"active", record.active}};
+std::optional<double> error_or_none(double mean_mm) {
+  return mean_mm > 0 ? std::optional{mean_mm} : std::nullopt;
 }
 
-json::object parameter_json(const IdentifiedParameter& parameter) {
-  return {{"name", parameter.name},
-          {"nominal", parameter.nominal},
-          {"value", parameter.value},
-          {"sigma", parameter.sigma},
-          {"identified", parameter.identified}};
+rpc::ModelSummary summary_of(const ModelRecord& record) {
+  return {.id = record.id,
+          .created = record.created,
+          .campaign_id = record.campaign_id,
+          .robot_serial = record.robot_serial,
+          .validation_before_mm = error_or_none(record.validation_before_mm),
+          .validation_after_mm = error_or_none(record.validation_after_mm),
+          .active = record.active};
+}
+
+rpc::Parameter parameter_of(const IdentifiedParameter& parameter) {
+  return {.name = parameter.name,
+          .nominal = parameter.nominal,
+          .value = parameter.value,
+          .sigma = parameter.sigma,
+          .identified = parameter.identified};
 }
 
 RpcError no_model(const std::string& id) {
   return {ErrorCode::NotFound, id.empty() ? "no model is active" : "no such model"};
-}
-
-/// The one parameter of a method, an id.
-std::expected<std::string, RpcError> id_in(const json::object& params) {
-  control::ParamReader read{params};
-  std::string id = read.id("id").value_or("");
-  if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  return id;
 }
 
 }  // namespace
@@ -64,13 +59,9 @@ ModelService::ModelService(const CellParts& parts, CellRunner& runner, StoreWatc
   });
 }
 
-std::vector<Method<ModelService>> ModelService::methods() {
-  return {{"model.list", &ModelService::list},
-          {"model.get", &ModelService::get},
-          {"model.activate", &ModelService::activate},
-          {"model.rollback", &ModelService::rollback},
-          {"model.deactivate", &ModelService::deactivate},
-          {"model.export", &ModelService::export_yaml}};
+std::vector<Served<ModelService>> ModelService::methods() {
+  return {&ModelService::list,     &ModelService::get,        &ModelService::activate,
+          &ModelService::rollback, &ModelService::deactivate, &ModelService::export_yaml};
 }
 
 asio::awaitable<StoreResult<void>> ModelService::load_active() {
@@ -243,36 +234,29 @@ asio::awaitable<std::expected<ModelRecord, RpcError>> ModelService::find(std::st
   co_return **record;
 }
 
-MethodReply ModelService::list(json::object params) {
-  control::ParamReader read{params};
-  const Page page{read};
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+Reply<rpc::ModelList> ModelService::list(rpc::ModelList request) {
   auto job = [this] { return parts_.store.models(); };
   auto records = co_await parts_.store_thread.ask(job);
   if (!records) co_return std::unexpected(store_unusable(records.error()));
-  co_return json::object{{"models", page.of(*records, &model_json)}, {"total", records->size()}};
+  co_return rpc::ModelList::Result{.models = page_of(*records, request, &summary_of),
+                                   .total = static_cast<int>(records->size())};
 }
 
-MethodReply ModelService::get(json::object params) {
-  const auto id = id_in(params);
-  if (!id) co_return std::unexpected(id.error());
-  auto record = co_await find(*id);
+Reply<rpc::ModelGet> ModelService::get(rpc::ModelGet request) {
+  auto record = co_await find(request.id.value_or(""));
   if (!record) co_return std::unexpected(record.error());
   auto read = [record = *record] { return unaltered_model(record); };
   const auto file = co_await parts_.store_thread.ask(read);
   if (!file) co_return std::unexpected(runner_.wrong_state(file.error()));
-  json::array parameters;
-  for (const IdentifiedParameter& parameter : file->parameters)
-    parameters.push_back(parameter_json(parameter));
-  co_return json::object{{"model", model_json(*record)}, {"parameters", std::move(parameters)}};
+  rpc::ModelGet::Result result{.model = summary_of(*record)};
+  std::ranges::transform(file->parameters, std::back_inserter(result.parameters), parameter_of);
+  co_return result;
 }
 
-MethodReply ModelService::export_yaml(json::object params) {
-  const auto id = id_in(params);
-  if (!id) co_return std::unexpected(id.error());
-  auto record = co_await find(*id);
+Reply<rpc::ModelExport> ModelService::export_yaml(rpc::ModelExport request) {
+  auto record = co_await find(request.id.value_or(""));
   if (!record) co_return std::unexpected(record.error());
-  co_return json::object{{"id", record->id}, {"yaml", record->yaml}};
+  co_return rpc::ModelExport::Result{.id = record->id, .yaml = record->yaml};
 }
 
 std::string ModelService::why_not_activated(const Found& found) const {
@@ -285,25 +269,20 @@ std::string ModelService::why_not_activated(const Found& found) const {
   return found.checked.error();
 }
 
-MethodReply ModelService::activate(json::object params, std::string by) {
-  control::ParamReader reader{params};
-  const std::string id = reader.required(reader.id("id"), "id");
-  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
-  MethodResult result = co_await make_active(id, std::move(by));
-  co_return result;
+Reply<rpc::ModelActivate> ModelService::activate(rpc::ModelActivate request, std::string by) {
+  return make_active(std::move(request.id), std::move(by));
 }
 
-MethodReply ModelService::rollback(json::object params, std::string by) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::ModelRollback> ModelService::rollback(rpc::ModelRollback, std::string by) {
   auto job = [this] { return parts_.store.model_before(); };
   const auto before = co_await parts_.store_thread.ask(job);
   if (!before) co_return std::unexpected(store_unusable(before.error()));
   if (!*before) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no other model was active before"});
-  MethodResult result = co_await make_active((*before)->id, std::move(by));
-  co_return result;
+  auto activated = co_await make_active((*before)->id, std::move(by));
+  co_return activated;
 }
 
-MethodReply ModelService::make_active(std::string id, std::string by) {
+Reply<rpc::ModelActivate> ModelService::make_active(std::string id, std::string by) {
   auto found = co_await read(id);
   if (!found) co_return std::unexpected(store_unusable(found.error()));
   if (!*found) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such model"});
@@ -320,17 +299,18 @@ MethodReply ModelService::make_active(std::string id, std::string by) {
     co_return std::unexpected(runner_.wrong_state(refused.empty() ? "no model is active" : refused));
   }
   publish("activated", active_->record, by);
-  co_return model_json(active_->record);
+  co_return summary_of(active_->record);
 }
 
-MethodReply ModelService::deactivate(json::object params, std::string by) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::ModelDeactivate> ModelService::deactivate(rpc::ModelDeactivate, std::string by) {
   const std::optional<Active> before = active_;
   forget();
   auto job = [this] { return parts_.store.activate_model(""); };
   co_await store_.keep(kActiveModel, job);
   if (before) publish("deactivated", before->record, by);
-  co_return json::object{{"deactivated", before ? json::value(before->record.id) : json::value{}}};
+  rpc::ModelDeactivate::Result result;
+  if (before) result.deactivated = before->record.id;
+  co_return result;
 }
 
 asio::awaitable<void> ModelService::announce_made(std::string id, bool activated, std::string by) {
@@ -345,14 +325,13 @@ asio::awaitable<void> ModelService::announce_made(std::string id, bool activated
 
 void ModelService::publish(const char* change, const ModelRecord& record, const std::string& by) {
   log_info("model " + record.id + " " + change);
-  parts_.events.publish(control::Topic::Model,
-                        json::object{{"change", change},
-                                     {"model", model_json(record)},
-                                     {"by", by.empty() ? json::value{} : json::value(by)}});
+  rpc::ModelChanged changed{.change = change, .model = summary_of(record)};
+  if (!by.empty()) changed.by = by;
+  parts_.events.publish(control::Topic::Model, record::to_json(changed));
 }
 
-json::value ModelService::active_json() const {
-  return active_ ? json::value(model_json(active_->record)) : json::value{};
+std::optional<rpc::ModelSummary> ModelService::active_summary() const {
+  return active_ ? std::optional{summary_of(active_->record)} : std::nullopt;
 }
 
 }  // namespace truepose::daemon

@@ -2,8 +2,6 @@
 
 #include <array>
 #include <boost/asio/awaitable.hpp>
-#include <boost/json/object.hpp>
-#include <boost/json/value.hpp>
 #include <cstdint>
 #include <deque>
 #include <expected>
@@ -16,6 +14,7 @@
 #include "daemon/cell/device_service.hpp"
 #include "daemon/cell/store_watch.hpp"
 #include "daemon/cell/tool_service.hpp"
+#include "proto/rpc/model.hpp"
 
 namespace truepose::daemon {
 
@@ -57,7 +56,7 @@ class ModelService {
   ModelService(const CellParts& parts, CellRunner& runner, StoreWatch& store, const DeviceService& devices,
                ToolService& tools);
 
-  static std::vector<Method<ModelService>> methods();
+  static std::vector<Served<ModelService>> methods();
 
   /// Takes the active model from the store. One that is no longer what was made is not worked with, and is a
   /// fault until another is activated.
@@ -83,17 +82,17 @@ class ModelService {
   /// @param activated  and the store has activated it
   /// @param by         who started the campaign
   boost::asio::awaitable<void> announce_made(std::string id, bool activated, std::string by);
-  boost::json::value active_json() const;
+  std::optional<rpc::ModelSummary> active_summary() const;
   /// The last ones, the newest at the end.
   const std::deque<Given>& given() const { return given_; }
 
  private:
-  MethodReply list(boost::json::object params);
-  MethodReply get(boost::json::object params);
-  MethodReply activate(boost::json::object params, std::string by);
-  MethodReply rollback(boost::json::object params, std::string by);
-  MethodReply deactivate(boost::json::object params, std::string by);
-  MethodReply export_yaml(boost::json::object params);
+  Reply<rpc::ModelList> list(rpc::ModelList request);
+  Reply<rpc::ModelGet> get(rpc::ModelGet request);
+  Reply<rpc::ModelActivate> activate(rpc::ModelActivate request, std::string by);
+  Reply<rpc::ModelRollback> rollback(rpc::ModelRollback, std::string by);
+  Reply<rpc::ModelDeactivate> deactivate(rpc::ModelDeactivate, std::string by);
+  Reply<rpc::ModelExport> export_yaml(rpc::ModelExport request);
 
   boost::asio::awaitable<std::expected<ModelRecord, control::RpcError>> find(std::string id);
   boost::asio::awaitable<StoreResult<std::optional<Found>>> read(std::string id);
@@ -108,7 +107,7 @@ class ModelService {
   /// As it was given before, or made; the last one at the end.
   const Given& given_with_tool(const Active& model);
   /// Makes a model the active one, where nothing speaks against it.
-  MethodReply make_active(std::string id, std::string by);
+  Reply<rpc::ModelActivate> make_active(std::string id, std::string by);
   void publish(const char* change, const ModelRecord& record, const std::string& by);
 
   CellParts parts_;

@@ -4,6 +4,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
+#include <concepts>
 #include <cstddef>
 #include <expected>
 #include <functional>
@@ -22,6 +23,7 @@
 #include "daemon/store/store.hpp"
 #include "daemon/threads/worker.hpp"
 #include "proto/control/param_reader.hpp"
+#include "proto/rpc/params.hpp"
 
 namespace truepose::daemon {
 
@@ -46,6 +48,45 @@ struct CellParts {
 using MethodResult = std::expected<boost::json::value, control::RpcError>;
 using MethodReply = boost::asio::awaitable<MethodResult>;
 
+/// The answer to a request, a record.
+template <rpc::Request R>
+using Answer = std::expected<typename R::Result, control::RpcError>;
+template <rpc::Request R>
+using Reply = boost::asio::awaitable<Answer<R>>;
+
+/// Reads a request from parameters, has it carried out, and writes the answer.
+template <rpc::Request R>
+MethodReply replied(boost::json::object params, std::function<Reply<R>(R)> carry_out) {
+  auto request = rpc::read_params<R>(params);
+  if (!request) co_return std::unexpected(request.error());
+  auto answer = co_await carry_out(*std::move(request));
+  if (!answer) co_return std::unexpected(answer.error());
+  co_return record::to_json(*answer);
+}
+
+/// A request of the control protocol and who carries it out. Some want to know by whom it was sent.
+template <typename Service>
+struct Served {
+  template <rpc::Request R>
+  Served(Reply<R> (Service::*member)(R))  // NOLINT: a list of members is a list of these
+      : name{R::method().name},
+        carry_out{[member](Service& service, boost::json::object params, std::string) {
+          return replied<R>(std::move(params),
+                            [&service, member](R request) { return (service.*member)(std::move(request)); });
+        }} {}
+  template <rpc::Request R>
+  Served(Reply<R> (Service::*member)(R, std::string))
+      : name{R::method().name},
+        carry_out{[member](Service& service, boost::json::object params, std::string by) {
+          return replied<R>(std::move(params), [&service, member, by = std::move(by)](R request) {
+            return (service.*member)(std::move(request), by);
+          });
+        }} {}
+
+  std::string_view name;
+  std::function<MethodReply(Service&, boost::json::object params, std::string by)> carry_out;
+};
+
 /// One method of the control protocol, as openrpc.json describes it, and who carries it out. Some want to
 /// know by whom it was called.
 template <typename Service>
@@ -67,14 +108,22 @@ using MethodTable =
 
 template <typename Service>
 void add_methods(MethodTable& table, Service& service) {
-  for (const Method<Service>& method : Service::methods())
-    table.emplace(method.name,
-                  [&service, carry_out = method.carry_out](boost::json::object params, std::string by) {
-                    if (const auto* of_anybody = std::get_if<typename Method<Service>::OfAnybody>(&carry_out))
-                      return (service.**of_anybody)(std::move(params));
-                    const auto of_somebody = std::get<typename Method<Service>::OfSomebody>(carry_out);
-                    return (service.*of_somebody)(std::move(params), std::move(by));
-                  });
+  if constexpr (std::same_as<decltype(Service::methods()), std::vector<Served<Service>>>) {
+    for (const Served<Service>& served : Service::methods())
+      table.emplace(served.name,
+                    [&service, carry_out = served.carry_out](boost::json::object params, std::string by) {
+                      return carry_out(service, std::move(params), std::move(by));
+                    });
+    return;
+  } else
+    for (const Method<Service>& method : Service::methods())
+      table.emplace(
+          method.name, [&service, carry_out = method.carry_out](boost::json::object params, std::string by) {
+            if (const auto* of_anybody = std::get_if<typename Method<Service>::OfAnybody>(&carry_out))
+              return (service.**of_anybody)(std::move(params));
+            const auto of_somebody = std::get<typename Method<Service>::OfSomebody>(carry_out);
+            return (service.*of_somebody)(std::move(params), std::move(by));
+          });
 }
 
 inline std::optional<control::RpcError> no_parameters(const boost::json::object& params) {
@@ -83,6 +132,16 @@ inline std::optional<control::RpcError> no_parameters(const boost::json::object&
 
 inline control::RpcError store_unusable(const StoreError& error) {
   return {control::ErrorCode::Store, error.detail};
+}
+
+/// The part of a list that a request asks for with limit and offset.
+template <class Entry, class Record>
+std::vector<Entry> page_of(const std::vector<Record>& records, const auto& request,
+                           Entry (*entry)(const Record&)) {
+  std::vector<Entry> page;
+  for (std::size_t i = request.offset; i < records.size() && std::ssize(page) < request.limit; ++i)
+    page.push_back(entry(records[i]));
+  return page;
 }
 
 /// The part of a list that a request asks for with "limit" and "offset".

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Writes the tables of reference.md in this folder from openrpc.json: what stands between its marks of begin and end.
-Breaks the lines of report.schema.json, which a test writes.
+Breaks the lines of openrpc.json and report.schema.json, which tests write.
 
     write_tables.py            writes
     write_tables.py --check    ends 1, and says so, where one of them is not what this would write
@@ -13,6 +13,7 @@ import textwrap
 
 HERE = pathlib.Path(__file__).parent
 PAGE = HERE / "reference.md"
+PROTOCOL = HERE / "openrpc.json"
 SCHEMA = HERE / "report.schema.json"
 COLUMNS = 140
 LONGEST_ANSWER = 400  # of an example that is shown
@@ -156,8 +157,9 @@ def broken(value, indent=""):
 
 
 def main():
-    wanted = {PAGE: written(PAGE.read_text(), json.loads((HERE / "openrpc.json").read_text())),
-              SCHEMA: broken(json.loads(SCHEMA.read_text())) + "\n"}
+    wanted = {PAGE: written(PAGE.read_text(), json.loads(PROTOCOL.read_text()))}
+    for file in PROTOCOL, SCHEMA:
+        wanted[file] = broken(json.loads(file.read_text())) + "\n"
     for file, text in wanted.items():
         if "--check" not in sys.argv:
             file.write_text(text)

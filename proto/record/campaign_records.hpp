@@ -14,7 +14,9 @@ struct SkippedPose {
   std::string reason;
 };
 inline void layout(Io& io, SkippedPose& x) {
-  io("pose", x.pose, kNumber);
+  io.record("SkippedPose");
+  io.about("Its number in the campaign, from 1, as in documents, files and messages")("pose", x.pose,
+                                                                                      kNumber);
   io("attempts", x.attempts, kCount);
   io("reason", x.reason);
 }
@@ -25,9 +27,10 @@ struct Interruption {
   std::string found;                 ///< what had become of the cell meanwhile, in words
 };
 inline void layout(Io& io, Interruption& x) {
-  io.format("date-time")("interrupted", x.interrupted);
-  io.format("date-time")("resumed", x.resumed);
-  io("found", x.found);
+  io.record("Interruption");
+  io.about("When, as far as it is known").format("date-time")("interrupted", x.interrupted);
+  io.about("When it resumed").format("date-time")("resumed", x.resumed);
+  io.about("What had become of the cell meanwhile, in words")("found", x.found);
 }
 
 }  // namespace truepose::record

@@ -12,9 +12,9 @@ void layout(Io& io, DriftDocument::Error& x) {
 }
 void layout(Io& io, DriftDocument::Cause& x) {
   io("kind", x.kind, kDriftCauses);
-  if (x.kind == ChangeKind::Reflector) io("smr", x.smr);
-  if (x.kind == ChangeKind::JointZero) io("joint", x.joint, kNumber);
-  if (x.kind == ChangeKind::Reading) io("row", x.row, kCount);
+  io.where(x.kind == ChangeKind::Reflector, "smr", x.smr);
+  io.where(x.kind == ChangeKind::JointZero, "joint", x.joint, kNumber);
+  io.where(x.kind == ChangeKind::Reading, "row", x.row, kCount);
   io("text", x.text);
   io("moved", x.moved);
   io("sigma", x.sigma);
@@ -22,24 +22,26 @@ void layout(Io& io, DriftDocument::Cause& x) {
   io("explains", x.explains);
 }
 void layout(Io& io, ModelUpdate& x) {
-  io("offered", x.offered);
-  io("moved", x.moved);
-  io("rejected", x.rejected);
-  io("warnings", x.warnings);
-  io("before", x.before);
-  io("after", x.after);
-  io("leave_one_out", x.leave_one_out);
-  io("p_value", x.p_value);
+  io.record("DriftUpdate");
+  io.about("Nothing speaks against the updated model")("offered", x.offered);
+  io.about("What moved, with standard deviations")("moved", x.moved);
+  io.about("Readings that were left out")("rejected", x.rejected);
+  io.about("Why it is not offered")("warnings", x.warnings);
+  io.about("Mean error of the points with the old model, mm")("before", x.before);
+  io.about("With the new one")("after", x.after);
+  io.about("With each point predicted by the others alone")("leave_one_out", x.leave_one_out);
+  io.about("That an unchanged cell shows as much as the new model leaves")("p_value", x.p_value);
 }
 void layout(Io& io, DriftDocument& x) {
+  io.record("DriftDocument");
   io("verdict", x.verdict, kDriftVerdicts);
   io("reason", x.reason);
-  io("mean", x.mean);
+  io.about("Of the errors, mm")("mean", x.mean);
   io("max", x.max);
-  io("reference", x.reference);
+  io.about("What the mean is judged by, mm")("reference", x.reference);
   io("chi2", x.chi2);
   io("degrees_of_freedom", x.degrees_of_freedom, kCount);
-  io("p_value", x.p_value);
+  io.about("That an unchanged cell shows as much")("p_value", x.p_value);
   io("parameters", x.uncertain_parameters, kParameterTrust);
   io("points", x.points);
   io("causes", x.causes);

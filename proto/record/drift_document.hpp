@@ -10,6 +10,7 @@
 #include "core/change/drift_check.hpp"
 #include "core/change/drift_update.hpp"
 #include "core/named.hpp"
+#include "proto/record/layout.hpp"
 
 namespace truepose::record {
 
@@ -62,6 +63,7 @@ struct DriftDocument {
   std::vector<Cause> causes, alternatives;
   std::optional<ModelUpdate> update;  ///< where one was asked for
 };
+void layout(Io& io, DriftDocument& x);
 
 /// What a check found of these points.
 DriftDocument drift_of(const DriftCheck& check, const DriftReference& reference,

@@ -14,36 +14,48 @@
 namespace truepose::record {
 
 void layout(Io& io, FrameDocument::Reading& x) {
-  io("row", x.row, kCount);
+  io.about("In the order of measuring, from 1, as in the exported file")("row", x.row, kCount);
   io("point", x.point);
-  io("error_mm", x.error_mm, kNotNegative);
-  io.optional("orientation_error_deg", x.orientation_error_deg, kNotNegative);
+  io.about("From where all together say")("error_mm", x.error_mm, kNotNegative);
+  io.about("The same of its orientation, of a 6-D target")
+      .optional("orientation_error_deg", x.orientation_error_deg, kNotNegative);
 }
 void layout(Io& io, FrameDocument::Point& x) {
   io("name", x.name);
-  io.optional("p", x.p_mm, kPoint);
-  io.optional("residual_mm", x.residual_mm, kNotNegative);
+  io.about("Its coordinates in the frame, where they were stated").optional("p", x.p_mm, kPoint);
+  io.about("From where those have it").optional("residual_mm", x.residual_mm, kNotNegative);
 }
 void layout(Io& io, FrameDocument::Shift& x) {
-  io("p", x.p_mm, kPoint);
-  io("sigma_mm", x.sigma_mm);
-  io("significant", x.significant);
+  io.about("Robot base frame")("p", x.p_mm, kPoint);
+  io.about("Of x, y, z")("sigma_mm", x.sigma_mm);
+  io.about("More than chance: the frame cannot be used")("significant", x.significant);
 }
 void layout(Io& io, FrameDocument& x) {
+  io.record("FrameDocument",
+            "What `truepose tool --json` and `truepose base --json` print, and the file of tool or base. "
+            "mm and deg");
   io("kind", x.kind, kFrameKinds);
-  io("number", x.number, kNumber);
-  io("frame", x.X, KukaPose{});
-  io("sigma_mm", x.sigma_mm);
-  io.optional("sigma_deg", x.sigma_deg);
-  io.optional("sigma0", x.sigma0, kNotNegative);
+  io.about("In TOOL_DATA or BASE_DATA")("number", x.number, kNumber);
+  io.about("In the flange, or in the robot base; KUKA's angles")("frame", x.X, KukaPose{});
+  io.about("Of x, y, z")("sigma_mm", x.sigma_mm);
+  io.about("Of turns about the axes of flange or base; left out where the orientation was not measured")
+      .optional("sigma_deg", x.sigma_deg);
+  io.about("Scatter of the readings in multiples of their noise; left out where none is spare")
+      .optional("sigma0", x.sigma0, kNotNegative);
   io("readings", x.readings);
   io("points", x.points);
-  io("outliers", x.outliers);
-  io.optional("base_shift", x.base_shift);
-  io.optional("touched_by", x.touched_by, kNumber);
+  io.about("Rows that the others contradict; with one the frame cannot be used")("outliers", x.outliers);
+  io.about(
+        "Of a tool: how far base or tracker stand from where the model has them; left out where the "
+        "readings do not show it")
+      .optional("base_shift", x.base_shift);
+  io.about(
+        "Of a base: number of the tool that touched its points with its TCP; left out where the tracker "
+        "read them")
+      .optional("touched_by", x.touched_by, kNumber);
   io("notes", x.notes);
-  io("krl", x.krl);
-  io.optional("yaml", x.yaml);
+  io.about("Statement for the controller")("krl", x.krl);
+  io.about("Its file; left out where it cannot be used").optional("yaml", x.yaml);
 }
 
 namespace {

@@ -10,6 +10,7 @@
 
 #include "core/frames/frame_readings.hpp"
 #include "core/named.hpp"
+#include "proto/record/layout.hpp"
 
 namespace truepose::record {
 
@@ -58,6 +59,7 @@ struct FrameDocument {
   std::string krl;   ///< statement for the controller
   std::string yaml;  ///< its file, of a frame that a campaign has measured; else empty
 };
+void layout(Io& io, FrameDocument& x);
 
 /// The document of a measured frame.
 /// @param X_controller  rounded to the digits of KUKA's display

@@ -47,6 +47,11 @@ class Io {
   void nullable(std::string_view key, T&& x, const How&... how) {
     member(Presence::Nullable, key, !record::is_empty(x), x, how...);
   }
+  template <class T, class... How>
+  void where(bool is_of_record, std::string_view key, T&& x, const How&... how) {
+    if (describes()) return optional(key, x, how...);
+    if (is_of_record) member(Presence::Required, key, true, x, how...);
+  }
   void on_read(auto& x, const auto& f) {
     if (reads()) f(x);
   }
@@ -90,13 +95,15 @@ class Io {
 
   // For a schema alone: what a reader of the document wants to know, and the types do not say.
   /// Of the record. @param name  under which it stands once in the schema; empty: where it is used
-  virtual void record(std::string_view name, std::string_view description) {
+  virtual void record(std::string_view name, std::string_view description = {}) {
     static_cast<void>(name), static_cast<void>(description);
   }
   /// Of the next member.
   virtual Io& about(std::string_view) { return *this; }
   /// The next member is a text of this format.
   virtual Io& format(std::string_view) { return *this; }
+  /// The next member is described by the schema of this name, which another file defines.
+  virtual Io& refers(std::string_view) { return *this; }
   /// The document has members that are not read here.
   virtual void further_members() {}
 
@@ -137,12 +144,18 @@ class Io {
   virtual void file(std::filesystem::path& x) = 0;
   virtual void write_word(std::string_view word) = 0;
   virtual std::string read_word(const std::vector<std::string_view>& words) = 0;
+  /// Any value of JSON, and any object: what has no layout. Not in YAML.
+  virtual void json(boost::json::value& x);
+  virtual void json(boost::json::object& x);
+  /// The element of a list where the text stands may be null. @param is_null  when writing
+  /// @return whether it is
+  virtual bool null_element(bool is_null);
 
   // A schema is made from empty records: lists and what may be left out have one value to describe.
   virtual bool describes() const { return false; }
   virtual void describe_words(const std::vector<std::string_view>&) {}
-  /// The elements of the list that is under way are so many.
-  virtual void describe_size(std::size_t, std::size_t) {}
+  /// The list or the text that is under way has so many elements or characters.
+  virtual void describe_size(Size) {}
 
  private:
   template <class How, class T>
@@ -191,6 +204,11 @@ class Io {
       file(x);
     } else if constexpr (std::same_as<T, std::string>) {
       text(x, (std::same_as<How, MayBeEmpty> || ...));
+      (sized(
+           how, [&x] { return characters(x); }, "characters"),
+       ...);
+    } else if constexpr (AnyJson<T>) {
+      json(x);
     } else {
       begin_record([&](Io& keys) { layout(keys, x); });
       layout(*this, x);
@@ -212,24 +230,58 @@ class Io {
       return {};
   }
 
+  /// Of a text in UTF-8.
+  static std::size_t characters(std::string_view text);
+  /// Refuses a list or a text of another size, or describes the size.
+  void sized(Size size, const auto& count, std::string_view what) {
+    if (describes()) describe_size(size);
+    if (reads()) refuse_size(count(), size, what);
+  }
+  static void sized(const auto&, const auto&, std::string_view) {}
+  void refuse_size(std::size_t found, Size size, std::string_view what) const;
+
+  /// Its size stands before the form of its elements.
+  template <class T, class... How>
+  void list(T& x, const Size& size, const How&... how) {
+    elements(x, how...);
+    sized(
+        size, [&x] { return x.size(); }, "elements");
+  }
   template <class T, class... How>
   void list(T& x, const How&... how) {
+    elements(x, how...);
+  }
+  template <class T, class... How>
+  void elements(T& x, const How&... how) {
     const std::size_t size = begin_list(x.size());
     if (describes()) return describe_one<typename T::value_type>(how...);
     if (reads()) x.clear();
     for (std::size_t i = 0; i < size; ++i) {
       enter_element(i);
-      value(reads() ? x.emplace_back() : x[i], how...);
+      if constexpr (std::same_as<typename T::value_type, bool>) {
+        bool one = !reads() && x[i];  // a list of these has no references to its elements
+        value(one);
+        if (reads()) x.push_back(one);
+      } else {
+        element(reads() ? x.emplace_back() : x[i], how...);
+      }
       leave();
     }
     end_list();
+  }
+  template <class T, class... How>
+  void element(T& x, const How&... how) {
+    if constexpr (kIsA<T, std::optional>) {
+      if (null_element(!x.has_value())) return;
+    }
+    value(x, how...);
   }
 
   template <class T, class... How>
   void describe_one(const How&... how) {
     T one{};
     enter_element(0);
-    value(one, how...);
+    element(one, how...);
     leave();
   }
 
@@ -258,7 +310,7 @@ class Io {
     list(numbers, how...);
     constexpr int kSize = T::SizeAtCompileTime, kMost = T::MaxSizeAtCompileTime;
     if (describes() && kMost != Eigen::Dynamic)
-      describe_size(static_cast<std::size_t>(std::max(kSize, 0)), static_cast<std::size_t>(kMost));
+      describe_size({static_cast<std::size_t>(std::max(kSize, 0)), static_cast<std::size_t>(kMost)});
     if (!reads()) return;
     const auto size = static_cast<Eigen::Index>(numbers.size());
     if (T::SizeAtCompileTime != Eigen::Dynamic && size != T::SizeAtCompileTime)

@@ -8,7 +8,7 @@ namespace truepose::record {
 /// "a", "b" and "c", all of them or none.
 void layout_angles(Io& io, std::optional<Eigen::Vector3d>& abc_rad) {
   if (!io.has("a", abc_rad.has_value())) return;
-  io.on_read(abc_rad, [](auto& abc) { abc.emplace(); });
+  if (!abc_rad) abc_rad.emplace(0, 0, 0);  // it is read or described
   io("a", abc_rad->x());
   io("b", abc_rad->y());
   io("c", abc_rad->z());
@@ -44,14 +44,14 @@ void layout(Io& io, Iso9283Document::Set& x) {
   io("direction", x.direction);
   io("time", x.time);
   io("cycles", x.cycles, kCount);
-  io("AP", x.characteristics.accuracy);
-  io("RP", x.characteristics.repeatability);
+  io.about("Accuracy, mm; angles where they were measured, rad")("AP", x.characteristics.accuracy);
+  io.about("Repeatability, mm and rad")("RP", x.characteristics.repeatability);
 }
 void layout(Io& io, Iso9283Document::Variation& x) {
   io("point", x.point);
   io("time", x.time);
   io("directions", x.directions);
-  io("vAP", x.variation);
+  io.about("Multi-directional accuracy variation")("vAP", x.variation);
 }
 void layout(Io& io, Iso9283Document::Drift& x) {
   io("point", x.point);
@@ -67,9 +67,10 @@ void check(const Io& io, const Iso9283Document::Drift& x) {
 void layout(Io& io, Iso9283Document& x) {
   io("standard", x.standard);
   io("frame", x.frame, kIso9283Frames);
-  io("cycles", x.cycles, kCount);
-  io("complete", x.complete);
-  io.optional("missing", x.missing);
+  io.about("The fewest of any pose")("cycles", x.cycles, kCount);
+  io.about("As many as the standard asks for")("complete", x.complete);
+  io.about("Commanded poses that no cycle came to; left out where there is none")
+      .optional("missing", x.missing);
   io("sets", x.sets);
   io("variations", x.variations);
   io("drifts", x.drifts);

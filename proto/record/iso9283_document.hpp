@@ -8,6 +8,7 @@
 
 #include "core/named.hpp"
 #include "core/quality/iso9283.hpp"
+#include "proto/record/layout.hpp"
 
 namespace truepose::record {
 
@@ -49,6 +50,7 @@ struct Iso9283Document {
   std::vector<Variation> variations;
   std::vector<Drift> drifts;
 };
+void layout(Io& io, Iso9283Document& x);
 
 /// Names of the commanded poses that no cycle came to.
 std::vector<std::string> poses_without_cycle(std::span<const TestPoint> points);

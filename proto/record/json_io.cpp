@@ -50,15 +50,20 @@ class JsonWriter final : public WriteIo {
   void text(std::string& x, bool) override { top() = x; }
   void file(std::filesystem::path& x) override { top() = x.string(); }
   void write_word(std::string_view word) override { top() = view(word); }
+  void json(json::value& x) override { top() = x; }
+  void json(json::object& x) override { top() = x; }
+  bool null_element(bool is_null) override { return is_null; }
 
   json::value& top() { return *path_.back(); }
 
   std::vector<json::value*> path_{&document};
 };
 
-class RecordError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+struct RecordError : std::runtime_error {
+  RecordError(const std::string& where, const std::string& what)
+      : std::runtime_error{(where.empty() ? "" : where + ": ") + what}, place{where} {}
+
+  std::string place;
 };
 
 std::string digits(double number) { return control::json_text(json::value(number)); }
@@ -72,7 +77,10 @@ std::string within(const std::string& min, const std::string& max, bool has_min,
 /// Reads a value of JSON. Every error is a RecordError "points[3].pose: what".
 class JsonReader final : public Io {
  public:
-  JsonReader(const json::value& document, const std::string& name) { path_.push_back({&document, name}); }
+  JsonReader(const json::value& document, const std::string& name, Others others)
+      : refuses_others_{others == Others::Refused} {
+    path_.push_back({&document, name});
+  }
 
   bool reads() const override { return true; }
   bool has(std::string_view key, bool) const override { return find(key) != nullptr; }
@@ -86,7 +94,9 @@ class JsonReader final : public Io {
     fail_in(below(where(), key) + "[" + std::to_string(element) + "]", what);
   }
   void require(std::string_view key) const override {
-    if (!find(key)) fail("missing key '" + std::string(key) + "'");
+    if (find(key)) return;
+    if (refuses_others_) fail_in(below(where(), key), "is missing");
+    fail("missing key '" + std::string(key) + "'");
   }
 
  private:
@@ -104,15 +114,16 @@ class JsonReader final : public Io {
     return true;
   }
   void leave() override { path_.pop_back(); }
-  /// Unknown members are passed over, but one that was renamed must not be read as left out.
+  /// Where unknown members are passed over, one that was renamed must not be read as left out.
   void begin_record(const std::function<void(Io&)>& layout) override {
     if (!value().is_object()) fail_expected("an object");
     const std::vector<std::string> known = keys_of(layout);
     for (const auto& member : value().get_object()) {
       const std::string_view key = member.key();
       if (std::ranges::find(known, key) != known.end()) continue;
-      if (const std::string renaming = renamed(key, known); !renaming.empty())
-        fail("unknown key '" + std::string{key} + "'" + renaming);
+      const std::string renaming = renamed(key, known);
+      if (refuses_others_) fail_in(below(where(), key), "unknown parameter" + renaming);
+      if (!renaming.empty()) fail("unknown key '" + std::string{key} + "'" + renaming);
     }
   }
   void end_record() override {}
@@ -169,6 +180,12 @@ class JsonReader final : public Io {
     text(name, false);
     x = name;
   }
+  void json(json::value& x) override { x = value(); }
+  void json(json::object& x) override {
+    if (!value().is_object()) fail_expected("an object");
+    x = value().get_object();
+  }
+  bool null_element(bool) override { return value().is_null(); }
   void write_word(std::string_view) override { std::abort(); }
   std::string read_word(const std::vector<std::string_view>& words) override {
     std::string word;
@@ -192,13 +209,14 @@ class JsonReader final : public Io {
     return place;
   }
   [[noreturn]] static void fail_in(const std::string& place, const std::string& what) {
-    throw RecordError((place.empty() ? "" : place + ": ") + what);
+    throw RecordError(place, what);
   }
   [[noreturn]] void fail_expected(const std::string& what) const {
     fail("expected " + what + ", found " + control::json_excerpt(value()));
   }
 
   std::vector<Step> path_;
+  bool refuses_others_;
 };
 
 }  // namespace
@@ -216,13 +234,13 @@ json::value written_json(const std::function<void(Io&)>& write) {
   return std::move(io.document);
 }
 
-std::expected<void, std::string> read_json(const json::value& document, const std::string& name,
-                                           const std::function<void(Io&)>& read) try {
-  JsonReader io{document, name};
+std::expected<void, ReadFault> read_json(const json::value& document, const std::string& name, Others others,
+                                         const std::function<void(Io&)>& read) try {
+  JsonReader io{document, name, others};
   read(io);
   return {};
 } catch (const RecordError& error) {
-  return std::unexpected{error.what()};
+  return std::unexpected{ReadFault{error.place, error.what()}};
 }
 
 }  // namespace truepose::record

@@ -17,11 +17,18 @@ namespace truepose::record {
 bool is_finite(const boost::json::value& value);
 
 boost::json::value written_json(const std::function<void(Io&)>& write);
-/// Keys that are not known are passed over: newer versions may write more.
+/// What becomes of members that the layout does not know.
+enum class Others {
+  Passed,   ///< newer versions may write more
+  Refused,  ///< parameters: one that is misspelt must not be taken for left out
+};
+struct ReadFault {
+  std::string place;  ///< "points[3].pose"
+  std::string text;   ///< "points[3].pose: expected a whole number of 1 or more"
+};
 /// @param name  how errors call the whole; empty: only by what is in it
-/// @return what is wrong: "points[3].pose: expected a whole number of 1 or more"
-std::expected<void, std::string> read_json(const boost::json::value& document, const std::string& name,
-                                           const std::function<void(Io&)>& read);
+std::expected<void, ReadFault> read_json(const boost::json::value& document, const std::string& name,
+                                         Others others, const std::function<void(Io&)>& read);
 
 template <class Record>
 boost::json::value value_json(const Record& x) {
@@ -43,8 +50,8 @@ template <class Record>
 std::expected<Record, std::string> from_json(const boost::json::value& document,
                                              const std::string& name = "") {
   Record x;
-  const auto read = read_json(document, name, [&](Io& io) { io.value(x); });
-  if (!read) return std::unexpected(read.error());
+  const auto read = read_json(document, name, Others::Passed, [&](Io& io) { io.value(x); });
+  if (!read) return std::unexpected(read.error().text);
   return x;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <chrono>
 #include <concepts>
 #include <cstdint>
@@ -17,6 +18,11 @@
 
 #include "core/named.hpp"
 
+namespace boost::json {
+class value;
+class object;
+}  // namespace boost::json
+
 /// A record is described once: `layout(Io&, Record&)` names its members in their order, and an Io (io.hpp)
 /// writes them or reads them: as JSON or as YAML.
 ///
@@ -24,13 +30,14 @@
 ///   io.defaulted(key, x, how...)  always written; where it is absent, x stays as it is
 ///   io.optional(key, x, how...)   left out where x is empty; where it is absent, x stays as it is
 ///   io.nullable(key, x, how...)   null where x is empty
+///   io.where(c, key, x, how...)   a member that must be there where c holds, and is not there else
 ///   io.on_read(x, f)              f(x), where x is read
 ///   io.has(key, there)            whether the text has the member; when writing, `there`
 ///
-/// `how` is the form in the text: bounds (Range, Whole), a table of names, or a class with `form_of(x)`,
-/// which is written, and `value_of(form)` back. A form refuses what was read by `fault(form)`: one phrase,
-/// empty where nothing is wrong. With fault() alone it only checks. `read(io, x)` reads by itself. What is
-/// wrong between members, `check(Io&, Record&)` says next to the layout.
+/// `how` is the form in the text: bounds (Range, Whole, Size), a table of names, or a class with
+/// `form_of(x)`, which is written, and `value_of(form)` back. A form refuses what was read by `fault(form)`:
+/// one phrase, empty where nothing is wrong. With fault() alone it only checks. `read(io, x)` reads by
+/// itself. What is wrong between members, `check(Io&, Record&)` says next to the layout.
 ///
 /// Layouts of a room's own records stand in its namespace. Those of the records of core stand in this one.
 namespace truepose::record {
@@ -49,6 +56,12 @@ inline constexpr Range kAny{std::numeric_limits<double>::lowest(), std::numeric_
 inline constexpr Range kNotNegative{0, kAny.max};
 inline constexpr Whole kCount{0};
 inline constexpr Whole kNumber{1};
+/// Of packets, bytes and milliseconds.
+inline constexpr Whole kLargeCount{0, std::numeric_limits<std::int64_t>::max()};
+/// Of how many elements a list is, or of how many characters a text.
+struct Size {
+  std::size_t min = 0, max = std::numeric_limits<std::size_t>::max();
+};
 /// Bounds that keep out what no arm and no cell can be: a slip of unit or of a digit.
 inline constexpr Range kMm{-100'000, 100'000}, kDeg{-360, 360}, kRad{-1e4, 1e4}, kKg{0, 100'000};
 
@@ -83,6 +96,26 @@ Value meaning_of(const std::array<Named<Value>, N>& table, std::string_view word
   return value_of(table, word);
 }
 
+/// A text that is one of these words.
+template <std::size_t N>
+struct OneOf {
+  std::array<std::string_view, N> words;
+};
+template <class... Words>
+OneOf(Words...) -> OneOf<sizeof...(Words)>;
+template <std::size_t N>
+std::vector<std::string_view> words_of(const OneOf<N>& one) {
+  return {one.words.begin(), one.words.end()};
+}
+template <std::size_t N>
+std::string_view word_of(const OneOf<N>&, const std::string& word) {
+  return word;
+}
+template <std::size_t N>
+std::string meaning_of(const OneOf<N>&, std::string_view word) {
+  return std::string{word};
+}
+
 template <class How, class T>
 concept WordsOf = requires(const How& how, const T& x) {
   word_of(how, x);
@@ -107,6 +140,9 @@ template <class T>
 inline constexpr bool kIsByName<ByName<T>> = true;
 template <class T>
 concept EigenVector = std::derived_from<T, Eigen::MatrixBase<T>> && T::ColsAtCompileTime == 1;
+
+template <class T>
+concept AnyJson = std::same_as<T, boost::json::value> || std::same_as<T, boost::json::object>;
 
 template <class T>
 bool is_empty(const T& x) {

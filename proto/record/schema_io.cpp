@@ -20,10 +20,13 @@ json::value bound(double number) {
 /// Describes the values that a layout would write. Each value under way is a schema of its own until it ends.
 class SchemaIo final : public WriteIo {
  public:
+  SchemaIo(Message message, Definitions& definitions)
+      : is_request_{message == Message::Request}, definitions_{definitions} {}
+
+  /// Of the whole value; a reference where that has a name.
   json::object schema() && {
-    json::object whole = std::move(open_.front().schema);
-    if (!definitions_.empty()) whole["$defs"] = std::move(definitions_);
-    return whole;
+    Open& whole = open_.front();
+    return whole.name.empty() ? std::move(whole.schema) : defined(whole.name, std::move(whole.schema));
   }
 
   /// Members that stand behind a condition may be left out.
@@ -40,6 +43,10 @@ class SchemaIo final : public WriteIo {
     format_ = format;
     return *this;
   }
+  Io& refers(std::string_view name) override {
+    refers_to_ = name;
+    return *this;
+  }
   void record(std::string_view name, std::string_view description) override {
     open_.back().name = name;
     open_.back().record_description = description;
@@ -54,17 +61,22 @@ class SchemaIo final : public WriteIo {
     std::string name, record_description;  ///< among the definitions
     bool is_open = false;
     mutable bool conditional = false;  ///< members may be left out
-    std::string description, format;   ///< of the value, said in the record around it
+    bool shows_usual = false;          ///< the value is what holds where it is left out
+    /// Of the value, said in the record around it.
+    std::string description, format, refers_to;
     json::object schema, properties;
     json::array required;
   };
 
   bool enter(Presence presence, std::string_view key, bool) override {
-    const bool always = presence != Presence::Optional && !open_.back().conditional;
+    const bool is_there = is_request_ ? presence == Presence::Required : presence != Presence::Optional;
+    const bool always = is_there && !open_.back().conditional;
     Open member{
         .key = std::string{key}, .is_required = always, .is_nullable = presence == Presence::Nullable};
     member.description = std::exchange(description_, {});
     member.format = std::exchange(format_, {});
+    member.refers_to = std::exchange(refers_to_, {});
+    member.shows_usual = is_request_ && presence == Presence::Defaulted;
     open_.push_back(std::move(member));
     return true;
   }
@@ -72,13 +84,10 @@ class SchemaIo final : public WriteIo {
     Open done = std::move(open_.back());
     open_.pop_back();
     json::object schema = std::move(done.schema);
-    if (!done.name.empty()) {
-      definitions_.emplace(key_view(done.name), std::move(schema));
-      schema = {{"$ref", "#/$defs/" + done.name}};
-    }
+    if (!done.name.empty()) schema = defined(done.name, std::move(schema));
+    if (!done.refers_to.empty()) schema = {{"$ref", definitions_.place + done.refers_to}};
     if (!done.format.empty()) schema["format"] = done.format;
-    if (done.is_nullable)
-      schema = {{"oneOf", json::array{std::move(schema), json::object{{"type", "null"}}}}};
+    if (done.is_nullable) schema = or_null(std::move(schema));
     if (!done.description.empty()) {
       json::object described{{"description", done.description}};
       for (auto& [name, value] : schema) described[name] = std::move(value);
@@ -100,7 +109,7 @@ class SchemaIo final : public WriteIo {
     schema["type"] = "object";
     if (!record.required.empty()) schema["required"] = std::move(record.required);
     schema["properties"] = std::move(record.properties);
-    if (!record.is_open) schema["additionalProperties"] = false;
+    if (!record.is_open && !definitions_.may_grow) schema["additionalProperties"] = false;
     record.schema = std::move(schema);
   }
   std::size_t begin_list(std::size_t) override {
@@ -113,21 +122,37 @@ class SchemaIo final : public WriteIo {
     return 0;
   }
 
-  void number(double&, Range range) override {
+  void number(double& x, Range range) override {
     json::object& schema = open_.back().schema = {{"type", "number"}};
     if (range.min > kAny.min) schema["minimum"] = bound(range.min);
     if (range.max < kAny.max) schema["maximum"] = bound(range.max);
+    show_usual(bound(x));
   }
-  void whole(std::int64_t&, Whole range) override {
+  void whole(std::int64_t& x, Whole range) override {
     constexpr Whole kEvery;
     json::object& schema = open_.back().schema = {{"type", "integer"}};
+    if (range.min == range.max) schema["const"] = range.min;
+    if (range.min == range.max) return;
     if (range.min > kEvery.min) schema["minimum"] = range.min;
     if (range.max < kEvery.max) schema["maximum"] = range.max;
+    show_usual(x);
   }
-  void seed(std::uint64_t&) override { open_.back().schema = {{"type", "integer"}, {"minimum", 0}}; }
-  void boolean(bool&) override { open_.back().schema = {{"type", "boolean"}}; }
+  void seed(std::uint64_t& x) override {
+    open_.back().schema = {{"type", "integer"}, {"minimum", 0}};
+    show_usual(x);
+  }
+  void boolean(bool& x) override {
+    open_.back().schema = {{"type", "boolean"}};
+    show_usual(x);
+  }
   void text(std::string&, bool) override { open_.back().schema = {{"type", "string"}}; }
   void file(std::filesystem::path&) override { open_.back().schema = {{"type", "string"}}; }
+  void json(json::value&) override {}
+  void json(json::object&) override { open_.back().schema = {{"type", "object"}}; }
+  bool null_element(bool) override {
+    open_.back().is_nullable = true;
+    return false;
+  }
 
   bool describes() const override { return true; }
   void describe_words(const std::vector<std::string_view>& words) override {
@@ -135,20 +160,39 @@ class SchemaIo final : public WriteIo {
     for (const std::string_view word : words) names.emplace_back(key_view(word));
     open_.back().schema = {{"enum", std::move(names)}};
   }
-  void describe_size(std::size_t least, std::size_t most) override {
-    open_.back().schema["minItems"] = least;
-    open_.back().schema["maxItems"] = most;
+  void describe_size(Size size) override {
+    constexpr Size kAnySize;
+    json::object& schema = open_.back().schema;
+    const bool is_list = schema.at("type") == "array";
+    if (size.min > kAnySize.min) schema[is_list ? "minItems" : "minLength"] = size.min;
+    if (size.max < kAnySize.max) schema[is_list ? "maxItems" : "maxLength"] = size.max;
+  }
+
+  json::object defined(const std::string& name, json::object schema) {
+    definitions_.schemas.emplace(key_view(name), std::move(schema));
+    return {{"$ref", definitions_.place + name}};
+  }
+  static json::object or_null(json::object schema) {
+    json::value* const type = schema.if_contains("type");
+    if (!type) return {{"oneOf", json::array{std::move(schema), json::object{{"type", "null"}}}}};
+    *type = json::array{*type, "null"};
+    return schema;
+  }
+  void show_usual(json::value usual) {
+    if (open_.back().shows_usual) open_.back().schema["default"] = std::move(usual);
   }
 
   std::vector<Open> open_ = std::vector<Open>(1);
-  json::object definitions_;
-  std::string description_, format_;
+  std::string description_, format_, refers_to_;
+  bool is_request_;
+  Definitions& definitions_;
 };
 
 }  // namespace
 
-json::object described_schema(const std::function<void(Io&)>& layout) {
-  SchemaIo io;
+json::object described_schema(const std::function<void(Io&)>& layout, Message message,
+                              Definitions& definitions) {
+  SchemaIo io{message, definitions};
   layout(io);
   return std::move(io).schema();
 }

@@ -1,0 +1,158 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/rpc/campaign.hpp"
+#include "proto/rpc/method.hpp"
+#include "proto/rpc/model.hpp"
+#include "proto/rpc/stream.hpp"
+
+namespace truepose::rpc {
+
+struct RobotStatus {
+  bool connected = false;
+  std::string model{};
+  std::string serial{};
+  std::string software{};
+  bool ready = false;
+  std::string why_not_ready{};
+  std::vector<double> q_deg{};
+};
+void layout(Io& io, RobotStatus& x);
+
+struct TrackerStatus {
+  bool connected = false;
+  std::string model{};
+  std::string serial{};
+  std::string firmware{};
+  std::string why_not_ready{};
+};
+void layout(Io& io, TrackerStatus& x);
+
+struct Fault {
+  std::string code{};
+  std::string severity{};
+  std::string text{};
+  std::string since{};
+};
+void layout(Io& io, Fault& x);
+
+struct CellStatus {
+  struct Waiting {
+    std::string device{};
+    std::string since{};
+    std::string reason{};
+  };
+  struct Recording {
+    double seconds = 0;
+    std::uint64_t bytes = 0;
+    std::uint64_t dropped = 0;
+    std::optional<std::string> last{};
+  };
+  std::string cell{};
+  std::string state{};
+  std::string state_text{};
+  std::optional<std::string> next{};
+  std::vector<std::string> allowed{};
+  std::optional<Waiting> waiting{};
+  std::string time{};
+  RobotStatus robot{};
+  TrackerStatus tracker{};
+  std::optional<CampaignProgress> campaign{};
+  std::vector<InterruptedCampaign> interrupted{};
+  std::optional<ModelSummary> model{};
+  StreamStatus stream{};
+  Recording recording{};
+  std::vector<Fault> faults{};
+};
+void layout(Io& io, CellStatus& x);
+
+/// system.config
+struct SystemConfig : NoParameters {
+  struct Result {
+    struct Config {
+      struct Robot {
+        std::string file{};
+        std::string model{};
+        std::string eki_motion{};
+        std::string eki_state{};
+        std::string expect_model{};
+      };
+      struct Stream {
+        std::string listen{};
+        std::string ethernet_xml{};
+        double max_step_deg = 0;
+        double max_total_deg = 0;
+        std::uint64_t ramp_ms = 0;
+      };
+      struct Tracker {
+        std::string address{};
+        std::string reflector{};
+        double search_radius_mm = 0;
+        double gate_mm = 0;
+      };
+      struct Campaign {
+        std::uint64_t identify_poses = 0;
+        std::uint64_t validate_poses = 0;
+        std::uint64_t seed = 0;
+        double speed_percent = 0;
+        bool remeasure = false;
+      };
+      struct Control {
+        std::string listen{};
+      };
+      struct Web {
+        std::optional<std::string> listen{};
+      };
+      std::string name{};
+      Robot robot{};
+      Stream stream{};
+      Tracker tracker{};
+      Campaign campaign{};
+      Control control{};
+      Web web{};
+      std::string store{};
+      std::vector<boost::json::object> loads{};
+      std::vector<boost::json::object> reflectors{};
+      boost::json::object calibration{};
+      boost::json::object iso9283{};
+      boost::json::object recording{};
+    };
+    Config config{};
+  };
+  static const Method& method();
+};
+void layout(Io& io, SystemConfig::Result& x);
+
+/// cell.status
+struct GetCellStatus : NoParameters {
+  using Result = CellStatus;
+  static const Method& method();
+};
+
+/// cell.connect
+struct CellConnect : NoParameters {
+  using Result = CellStatus;
+  static const Method& method();
+};
+
+/// cell.disconnect
+struct CellDisconnect : NoParameters {
+  using Result = CellStatus;
+  static const Method& method();
+};
+
+/// cell.acknowledge
+struct CellAcknowledge : NoParameters {
+  using Result = CellStatus;
+  static const Method& method();
+};
+
+/// The methods of this file.
+std::vector<Described> cell_methods();
+
+}  // namespace truepose::rpc

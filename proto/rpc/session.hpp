@@ -1,0 +1,107 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/rpc/method.hpp"
+
+namespace truepose::rpc {
+
+struct Job {
+  struct Error {
+    int code = 0;
+    std::string message{};
+    boost::json::object data{};
+  };
+  std::string id{};
+  std::string method{};
+  std::string state{};
+  std::string doing{};
+  std::string started{};
+  std::optional<std::string> ended{};
+  std::optional<boost::json::value> result{};
+  std::optional<Error> error{};
+};
+void layout(Io& io, Job& x);
+
+/// session.challenge
+struct SessionChallenge : NoParameters {
+  struct Result {
+    std::string nonce{};
+  };
+  static const Method& method();
+};
+void layout(Io& io, SessionChallenge::Result& x);
+
+/// session.hello
+struct SessionHello {
+  struct Result {
+    std::string product{};
+    std::string version{};
+    int protocol = 0;
+    std::string cell{};
+    std::string name{};
+    control::Role role{};
+    std::string time{};
+    std::uint64_t next_seq = 0;
+    std::optional<std::string> proof{};
+  };
+  static const Method& method();
+
+  int protocol = 0;
+  std::optional<std::string> token{};
+  std::optional<std::string> nonce{};
+  std::optional<std::string> proof{};
+  std::optional<int> heartbeat_s{};
+};
+void layout(Io& io, SessionHello& x);
+void layout(Io& io, SessionHello::Result& x);
+
+/// session.ping
+struct SessionPing : NoParameters {
+  struct Result {
+    std::string time{};
+    std::uint64_t next_seq = 0;
+  };
+  static const Method& method();
+};
+void layout(Io& io, SessionPing::Result& x);
+
+/// system.info
+struct SystemInfo : NoParameters {
+  struct Result {
+    struct Tls {
+      std::string fingerprint{};
+      std::string valid_until{};
+    };
+    std::string product{};
+    std::string version{};
+    std::uint64_t protocol = 0;
+    std::string cell{};
+    std::string time{};
+    std::string started{};
+    double uptime_s = 0;
+    std::uint64_t connections = 0;
+    std::optional<Tls> tls{};
+  };
+  static const Method& method();
+};
+void layout(Io& io, SystemInfo::Result& x);
+
+/// job.get
+struct JobGet {
+  using Result = Job;
+  static const Method& method();
+
+  std::string id{};
+};
+void layout(Io& io, JobGet& x);
+
+/// The methods of this file.
+std::vector<Described> session_methods();
+
+}  // namespace truepose::rpc
