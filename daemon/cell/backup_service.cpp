@@ -16,7 +16,6 @@ namespace truepose::daemon {
 
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
-namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 
@@ -36,8 +35,8 @@ StoreResult<void> room_for_copy(const fs::path& store) {
 
 }  // namespace
 
-std::vector<Method<BackupService>> BackupService::methods() {
-  return {{"store.backup", &BackupService::backup}, {"store.get_backup", &BackupService::get}};
+std::vector<Served<BackupService>> BackupService::methods() {
+  return {&BackupService::backup, &BackupService::get};
 }
 
 asio::awaitable<StoreResult<std::uintmax_t>> BackupService::copy() {
@@ -62,8 +61,7 @@ asio::awaitable<StoreResult<std::uintmax_t>> BackupService::copy() {
   co_return bytes;
 }
 
-MethodReply BackupService::backup(json::object params) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::StoreBackup> BackupService::backup(rpc::StoreBackup) {
   if (busy_) co_return std::unexpected(RpcError{ErrorCode::Busy, "another backup is under way"});
   const Busy busy{busy_};
   last_.clear();
@@ -71,22 +69,19 @@ MethodReply BackupService::backup(json::object params) {
   if (!bytes) co_return std::unexpected(store_unusable(bytes.error()));
   last_ = new_uuid();
   log_info("backup: " + file().string() + ", " + std::to_string(*bytes) + " bytes");
-  co_return json::object{{"id", last_}, {"file", file().string()}, {"bytes", *bytes}};
+  co_return rpc::StoreBackup::Result{.id = last_, .file = file().string(), .bytes = *bytes};
 }
 
-MethodReply BackupService::get(json::object params) {
-  control::ParamReader read{params};
-  const std::string id = read.required(read.id("id"), "id");
-  const auto offset = static_cast<std::uint64_t>(read.integer("offset", 0, INT64_MAX).value_or(0));
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  auto job = [file = file(), offset] { return part_of(file, offset); };
+Reply<rpc::StoreGetBackup> BackupService::get(rpc::StoreGetBackup request) {
+  auto job = [file = file(), offset = request.offset] { return part_of(file, offset); };
   auto part = co_await parts_.store_thread.ask(job);
   // Asked last: another may have begun to take its place meanwhile.
-  if (last_.empty() || id != last_)
+  if (last_.empty() || request.id != last_)
     co_return std::unexpected(
         RpcError{ErrorCode::NotFound, "no such backup: another was made since, or none"});
   if (!part) co_return std::unexpected(RpcError{ErrorCode::Internal, part.error()});
-  co_return json::object{{"id", id}, {"offset", offset}, {"data", control::base64(*part)}};
+  co_return rpc::StoreGetBackup::Result{
+      .id = request.id, .offset = request.offset, .data = control::base64(*part)};
 }
 
 }  // namespace truepose::daemon

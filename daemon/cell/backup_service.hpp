@@ -1,10 +1,10 @@
 #pragma once
 
-#include <boost/json/object.hpp>
 #include <filesystem>
 #include <string>
 
 #include "daemon/cell/service.hpp"
+#include "proto/rpc/backup.hpp"
 
 namespace truepose::daemon {
 
@@ -14,11 +14,11 @@ class BackupService {
  public:
   explicit BackupService(const CellParts& parts) : parts_{parts} {}
 
-  static std::vector<Method<BackupService>> methods();
+  static std::vector<Served<BackupService>> methods();
 
  private:
-  MethodReply backup(boost::json::object params);
-  MethodReply get(boost::json::object params);
+  Reply<rpc::StoreBackup> backup(rpc::StoreBackup);
+  Reply<rpc::StoreGetBackup> get(rpc::StoreGetBackup request);
 
   /// @return its size in bytes
   boost::asio::awaitable<StoreResult<std::uintmax_t>> copy();

@@ -6,7 +6,8 @@
 
 #include "daemon/log/log.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/control/param_reader.hpp"
+#include "proto/record/json_io.hpp"
+#include "proto/rpc/events.hpp"
 
 namespace truepose::daemon {
 
@@ -45,12 +46,13 @@ std::optional<Waiting> loss(const CellState& state) {
   return std::nullopt;
 }
 
-json::object cell_json(std::string_view state, std::string_view from, const std::string& reason,
-                       const std::string& by) {
-  return {{"state", state},
-          {"from", from},
-          {"reason", reason},
-          {"by", by.empty() ? json::value{} : json::value(by)}};
+/// The event that the cell comes from one state to another.
+json::object state_changed(std::string_view from, std::string_view state, const std::string& reason,
+                           const std::string& by = {}) {
+  return record::to_json(rpc::StateChanged{.by = by.empty() ? std::nullopt : std::optional{by},
+                                           .state = std::string{state},
+                                           .from = std::string{from},
+                                           .reason = reason});
 }
 
 /// What a state is a fault by; empty where it is none.
@@ -85,9 +87,9 @@ std::string ActiveFaults::text(FaultCode code) const {
   return found != faults_.end() ? found->second.fault.text : "";
 }
 
-json::array ActiveFaults::json() const {
-  json::array all;
-  for (const auto& [code, standing] : faults_) all.push_back(standing.json());
+std::vector<rpc::Fault> ActiveFaults::list() const {
+  std::vector<rpc::Fault> all;
+  for (const auto& [code, standing] : faults_) all.push_back(standing.described());
   return all;
 }
 
@@ -96,15 +98,17 @@ std::size_t ActiveFaults::count(std::string_view severity) const {
   return static_cast<std::size_t>(std::ranges::count_if(faults_, is));
 }
 
-json::object ActiveFaults::Standing::json() const {
+rpc::Fault ActiveFaults::Standing::described() const {
   const FaultKind& kind = kind_of(fault.code);
-  return {{"code", kind.code}, {"severity", kind.severity}, {"text", fault.text}, {"since", since}};
+  return {.code = std::string{kind.code},
+          .severity = std::string{kind.severity},
+          .text = fault.text,
+          .since = since};
 }
 
 void ActiveFaults::publish(const Standing& fault, bool standing) {
-  json::object event = fault.json();
-  event["active"] = standing;
-  events_.publish(control::Topic::Fault, event);
+  events_.publish(control::Topic::Fault,
+                  record::to_json(rpc::FaultChanged{.fault = fault.described(), .active = standing}));
 }
 
 CellRunner::CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock,
@@ -144,7 +148,7 @@ void CellRunner::report_waiting(const CellState& before) {
   if (!lost && !back) return;
   const std::string line = lost ? waiting_for(*is) : answers(was->device);
   log_info(line);
-  events_.publish(control::Topic::Cell, cell_json(name(), state_name(before), line, {}));
+  events_.publish(control::Topic::Cell, state_changed(state_name(before), name(), line));
 }
 
 std::string CellRunner::waiting_for(const Waiting& wait) const {
@@ -178,7 +182,7 @@ void CellRunner::tell(const CellState& before, const std::string& reason, const 
   const std::string line =
       "cell " + std::string{state_name(before)} + " -> " + std::string{name()} + ": " + reason_;
   fault ? log_error(line) : log_info(line);
-  events_.publish(control::Topic::Cell, cell_json(name(), state_name(before), reason_, by));
+  events_.publish(control::Topic::Cell, state_changed(state_name(before), name(), reason_, by));
   fault ? faults_.begin({FaultCode::Cell, reason_}) : faults_.end(FaultCode::Cell);
 }
 
@@ -207,15 +211,9 @@ std::optional<RpcError> CellRunner::acknowledge(const std::string& by) {
   return std::nullopt;
 }
 
-std::optional<RpcError> CellRunner::request(const json::object& params, const CellEvent& event,
-                                            const std::string& reason, const std::string& by) {
-  if (auto wrong = control::ParamReader{params}.finish()) return wrong;
-  return apply(event, reason, by);
-}
-
 void CellRunner::reword(std::string reason) {
   reason_ = std::move(reason);
-  events_.publish(control::Topic::Cell, cell_json(name(), name(), reason_, {}));
+  events_.publish(control::Topic::Cell, state_changed(name(), name(), reason_));
 }
 
 void CellRunner::await(CellDevice device, const std::string& reason) {
@@ -226,13 +224,13 @@ RpcError CellRunner::wrong_state(std::string why, std::vector<std::string> allow
   return {ErrorCode::WrongState, std::move(why), {}, std::string{name()}, std::move(allowed)};
 }
 
-json::value CellRunner::waiting_json() const {
+std::optional<rpc::CellStatus::Waiting> CellRunner::waiting_for_device() const {
   const auto wait = waiting(state_);
-  if (!wait) return {};
+  if (!wait) return std::nullopt;
   const auto since = wall_clock_() - std::chrono::duration_cast<std::chrono::system_clock::duration>(
                                          clock_.now() - wait->since);
-  return json::object{
-      {"device", device_name(wait->device)}, {"since", control::rfc3339(since)}, {"reason", wait->reason}};
+  return rpc::CellStatus::Waiting{
+      .device = device_name(wait->device), .since = control::rfc3339(since), .reason = wait->reason};
 }
 
 asio::awaitable<void> CellRunner::watch() {

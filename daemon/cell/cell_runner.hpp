@@ -2,8 +2,6 @@
 
 #include <array>
 #include <boost/asio/awaitable.hpp>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <functional>
 #include <map>
 #include <optional>
@@ -17,6 +15,7 @@
 #include "daemon/threads/signal.hpp"
 #include "drivers/clock.hpp"
 #include "proto/control/request.hpp"
+#include "proto/rpc/cell.hpp"
 
 namespace truepose::daemon {
 
@@ -38,14 +37,14 @@ class ActiveFaults {
   /// What a fault says that stands; empty where it does not.
   std::string text(FaultCode code) const;
   /// In the order of their codes.
-  boost::json::array json() const;
+  std::vector<rpc::Fault> list() const;
   std::size_t count(std::string_view severity) const;
 
  private:
   struct Standing {
     Fault fault;
     std::string since;  ///< RFC 3339
-    boost::json::object json() const;
+    rpc::Fault described() const;
   };
   void publish(const Standing& fault, bool standing);
 
@@ -82,10 +81,6 @@ class CellRunner {
   /// @return the refusal as an error, where there was one
   std::optional<control::RpcError> apply(const CellEvent& event, const std::string& reason,
                                          const std::string& by = {});
-  /// The same for a method that is nothing else and takes no parameters.
-  std::optional<control::RpcError> request(const boost::json::object& params, const CellEvent& event,
-                                           const std::string& reason, const std::string& by);
-
   /// Acknowledges what the cell's state is a fault by, and a stream that is frozen, whatever the state is.
   std::optional<control::RpcError> acknowledge(const std::string& by);
 
@@ -120,8 +115,8 @@ class CellRunner {
   std::string reason() const;
   /// What an operator does next, in one sentence.
   std::string next() const;
-  /// {"device","since","reason"} of a device that is waited for, or null.
-  boost::json::value waiting_json() const;
+  /// The device that is waited for.
+  std::optional<rpc::CellStatus::Waiting> waiting_for_device() const;
   bool waits() const { return waiting(state_).has_value(); }
 
   ActiveFaults& faults() { return faults_; }

@@ -19,7 +19,7 @@ DaemonCell::DaemonCell(Parts parts)
               parts_.wall_clock,
               {.campaign_waiting = parts_.config.campaign.pause_after}},
       store_{parts_, runner_},
-      devices_{parts_, runner_, store_, [this] { return status_json(); }},
+      devices_{parts_, runner_, store_, [this] { return status(); }},
       tools_{parts_, runner_, devices_},
       models_{parts_, runner_, store_, devices_, tools_},
       targets_{parts_, models_},
@@ -27,7 +27,7 @@ DaemonCell::DaemonCell(Parts parts)
       recording_{parts_, runner_, devices_, models_},
       campaigns_{parts_, runner_, store_, devices_, models_},
       archive_{parts_, [this] { return campaigns_.current(); }},
-      reports_{parts_, [this] { return stream_.json(); }},
+      reports_{parts_, [this] { return record::to_json(stream_.status()); }},
       identifications_{parts_, runner_, store_, models_},
       backups_{parts_} {
   runner_.possible_where([this](std::string_view method) {
@@ -109,32 +109,30 @@ DaemonCell::Snapshot DaemonCell::snapshot() const {
           .model = models_.active() ? std::optional{models_.active()->record} : std::nullopt};
 }
 
-json::object DaemonCell::status_json() const {
-  json::array allowed;
+rpc::CellStatus DaemonCell::status() const {
+  rpc::CellStatus status{.cell = parts_.config.name,
+                         .state = std::string{runner_.name()},
+                         .state_text = runner_.reason(),
+                         .next = runner_.next(),
+                         .waiting = runner_.waiting_for_device(),
+                         .time = control::rfc3339(parts_.wall_clock()),
+                         .robot = devices_.robot_status(),
+                         .tracker = devices_.tracker_status(),
+                         .campaign = campaigns_.status(),
+                         .interrupted = campaigns_.interrupted_campaigns(),
+                         .model = models_.active_summary(),
+                         .stream = stream_.status(),
+                         .recording = recording_.status(),
+                         .faults = runner_.faults().list()};
   const std::vector<std::string> of_interrupted = campaigns_.also_allowed();
   for (const auto& methods : {runner_.allowed(), of_interrupted})
     for (const std::string& method : methods)
-      if (!runner_.rules_out(FaultCode::Store, method)) allowed.emplace_back(method);
-  std::string next = runner_.next();
+      if (!runner_.rules_out(FaultCode::Store, method)) status.allowed.push_back(method);
   if (std::string not_ready = devices_.how_to_get_ready(); !not_ready.empty())
-    next = std::move(not_ready);
-  else if (!of_interrupted.empty() && std::ranges::count(allowed, json::value(of_interrupted[0])) > 0)
-    next = "Resume the interrupted campaign, or abort it.";
-  return {{"cell", parts_.config.name},
-          {"state", runner_.name()},
-          {"state_text", runner_.reason()},
-          {"next", next},
-          {"allowed", std::move(allowed)},
-          {"waiting", runner_.waiting_json()},
-          {"time", control::rfc3339(parts_.wall_clock())},
-          {"robot", devices_.robot_json()},
-          {"tracker", devices_.tracker_json()},
-          {"campaign", campaigns_.json()},
-          {"interrupted", campaigns_.interrupted_json()},
-          {"model", models_.active_summary() ? json::value(record::to_json(*models_.active_summary())) : json::value{}},
-          {"stream", stream_.json()},
-          {"recording", recording_.json()},
-          {"faults", runner_.faults().json()}};
+    status.next = std::move(not_ready);
+  else if (!of_interrupted.empty() && std::ranges::count(status.allowed, of_interrupted[0]) > 0)
+    status.next = "Resume the interrupted campaign, or abort it.";
+  return status;
 }
 
 }  // namespace truepose::daemon

@@ -55,7 +55,7 @@ class DaemonCell final : public CellService {
   boost::asio::awaitable<void> shut_down();
 
  private:
-  boost::json::object status_json() const;
+  rpc::CellStatus status() const;
 
   Parts parts_;
   CellRunner runner_;

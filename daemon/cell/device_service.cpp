@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/arm/joint_units.hpp"
 #include "daemon/log/log.hpp"
 #include "drivers/deadline.hpp"
-#include "proto/record/arm_document.hpp"
 
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 using namespace std::chrono_literals;
@@ -25,7 +24,7 @@ constexpr Duration kOld = 3s;  // a state of the robot is not known any more
 }  // namespace
 
 DeviceService::DeviceService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
-                             std::function<json::object()> status)
+                             std::function<rpc::CellStatus()> status)
     : parts_{parts},
       runner_{runner},
       store_{store},
@@ -39,33 +38,20 @@ DeviceService::DeviceService(const CellParts& parts, CellRunner& runner, StoreWa
   runner_.on(CellCommand::CloseDevices, [this](const std::string&) { close(); });
 }
 
-std::vector<Method<DeviceService>> DeviceService::methods() {
-  return {{"system.config", &DeviceService::config},
-          {"cell.status", &DeviceService::status},
-          {"cell.connect", &DeviceService::connect},
-          {"cell.disconnect", &DeviceService::disconnect},
-          {"cell.acknowledge", &DeviceService::acknowledge}};
+std::vector<Served<DeviceService>> DeviceService::methods() {
+  return {&DeviceService::config, &DeviceService::status, &DeviceService::connect, &DeviceService::disconnect,
+          &DeviceService::acknowledge};
 }
 
-MethodReply DeviceService::config(json::object params) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  co_return json::object{{"config", config::cell_json(parts_.config)}};
+Reply<rpc::SystemConfig> DeviceService::config(rpc::SystemConfig) {
+  co_return rpc::SystemConfig::Result{config::cell_json(parts_.config)};
 }
 
-MethodReply DeviceService::status(json::object params) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  co_return status_();
-}
+Reply<rpc::GetCellStatus> DeviceService::status(rpc::GetCellStatus) { co_return status_(); }
 
-MethodResult DeviceService::request(const json::object& params, const CellEvent& event,
-                                    const std::string& reason, const std::string& by) {
-  if (auto refused = runner_.request(params, event, reason, by)) return std::unexpected(*refused);
-  return status_();
-}
-
-MethodReply DeviceService::connect(json::object params, std::string by) {
-  const MethodResult accepted = request(params, ConnectRequested{}, "asked for by an operator", by);
-  if (!accepted) co_return accepted;
+Reply<rpc::CellConnect> DeviceService::connect(rpc::CellConnect, std::string by) {
+  if (auto refused = runner_.apply(ConnectRequested{}, "asked for by an operator", by))
+    co_return std::unexpected(*refused);
   auto identities = co_await devices_.connect();
   if (!identities) {
     const DeviceError& error = identities.error();
@@ -89,12 +75,13 @@ asio::awaitable<bool> DeviceService::connect_again() {
   co_return connected();
 }
 
-MethodReply DeviceService::disconnect(json::object params, std::string by) {
-  co_return request(params, DisconnectRequested{}, "asked for by an operator", by);
+Reply<rpc::CellDisconnect> DeviceService::disconnect(rpc::CellDisconnect, std::string by) {
+  if (auto refused = runner_.apply(DisconnectRequested{}, "asked for by an operator", by))
+    co_return std::unexpected(*refused);
+  co_return status_();
 }
 
-MethodReply DeviceService::acknowledge(json::object params, std::string by) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::CellAcknowledge> DeviceService::acknowledge(rpc::CellAcknowledge, std::string by) {
   const bool of_the_store = store_.failing();
   std::optional<RpcError> unusable;
   if (of_the_store) unusable = co_await store_.acknowledge();
@@ -194,27 +181,27 @@ std::string DeviceService::how_to_get_ready() const {
   return drivers::not_ready_text(robot->why_not_ready);
 }
 
-json::object DeviceService::robot_json() const {
+rpc::RobotStatus DeviceService::robot_status() const {
   const bool connected = robot_.connected();
   const drivers::RobotIdentity known = connected ? robot_.identity() : drivers::RobotIdentity{};
   const drivers::RobotState robot = robot_.last_state().value_or(drivers::RobotState{});
-  return {{"connected", connected},
-          {"model", known.model},
-          {"serial", known.serial},
-          {"software", known.software},
-          {"ready", connected && robot.ready},
-          {"why_not_ready", connected ? robot.why_not_ready : robot_.why_not()},
-          {"q_deg", record::joints_json(robot.q, parts_.config.robot.model)}};
+  return {.connected = connected,
+          .model = known.model,
+          .serial = known.serial,
+          .software = known.software,
+          .ready = connected && robot.ready,
+          .why_not_ready = connected ? robot.why_not_ready : robot_.why_not(),
+          .q_deg = in_deg_mm(robot.q, parts_.config.robot.model)};
 }
 
-json::object DeviceService::tracker_json() const {
+rpc::TrackerStatus DeviceService::tracker_status() const {
   const bool connected = tracker_.connected();
   const drivers::TrackerIdentity known = connected ? tracker_.identity() : drivers::TrackerIdentity{};
-  return {{"connected", connected},
-          {"model", known.model},
-          {"serial", known.serial},
-          {"firmware", known.firmware},
-          {"why_not_ready", connected ? "" : tracker_.why_not()}};
+  return {.connected = connected,
+          .model = known.model,
+          .serial = known.serial,
+          .firmware = known.firmware,
+          .why_not_ready = connected ? "" : tracker_.why_not()};
 }
 
 }  // namespace truepose::daemon

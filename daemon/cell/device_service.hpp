@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/json/object.hpp>
 #include <expected>
 #include <functional>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "daemon/cell/store_watch.hpp"
 #include "daemon/cell/watched_devices.hpp"
 #include "daemon/threads/signal.hpp"
+#include "proto/rpc/cell.hpp"
 
 namespace truepose::daemon {
 
@@ -23,9 +23,9 @@ class DeviceService {
  public:
   /// @param status  of the whole cell, which the methods answer with
   DeviceService(const CellParts& parts, CellRunner& runner, StoreWatch& store,
-                std::function<boost::json::object()> status);
+                std::function<rpc::CellStatus()> status);
 
-  static std::vector<Method<DeviceService>> methods();
+  static std::vector<Served<DeviceService>> methods();
 
   /// Looks after the devices. Ends when cancelled.
   boost::asio::awaitable<void> watch();
@@ -58,18 +58,16 @@ class DeviceService {
   const WatchedRobot& robot() const { return robot_; }
   WatchedTracker& tracker() { return tracker_; }
   const WatchedTracker& tracker() const { return tracker_; }
-  boost::json::object robot_json() const;
-  boost::json::object tracker_json() const;
+  rpc::RobotStatus robot_status() const;
+  rpc::TrackerStatus tracker_status() const;
 
  private:
-  MethodReply config(boost::json::object params);
-  MethodReply status(boost::json::object params);
-  MethodReply connect(boost::json::object params, std::string by);
-  MethodReply disconnect(boost::json::object params, std::string by);
-  MethodReply acknowledge(boost::json::object params, std::string by);
+  Reply<rpc::SystemConfig> config(rpc::SystemConfig);
+  Reply<rpc::GetCellStatus> status(rpc::GetCellStatus);
+  Reply<rpc::CellConnect> connect(rpc::CellConnect, std::string by);
+  Reply<rpc::CellDisconnect> disconnect(rpc::CellDisconnect, std::string by);
+  Reply<rpc::CellAcknowledge> acknowledge(rpc::CellAcknowledge, std::string by);
 
-  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason,
-                       const std::string& by);
   void close();
   bool in_campaign() const { return runner_.in<Running>() || runner_.in<Paused>(); }
   bool may_be_asked() const { return runner_.in<Ready>() || runner_.in<Streaming>() || in_campaign(); }
@@ -79,7 +77,7 @@ class DeviceService {
   CellParts parts_;
   CellRunner& runner_;
   StoreWatch& store_;
-  std::function<boost::json::object()> status_;
+  std::function<rpc::CellStatus()> status_;
   Signal soon_;
   WatchedRobot robot_;
   WatchedTracker tracker_;

@@ -1,7 +1,6 @@
 #include "daemon/cell/recording_service.hpp"
 
 #include <algorithm>
-#include <boost/json/array.hpp>
 
 #include "config/model_file.hpp"
 #include "config/text_file.hpp"
@@ -14,7 +13,6 @@
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 using namespace std::chrono_literals;
@@ -51,12 +49,13 @@ std::expected<recording::Header, std::string> header_of(const std::filesystem::p
   return std::unexpected(error.what());
 }
 
-json::object entry_json(const RecordingFolder& folder, const RecordingFolder::Entry& entry) {
+using Listed = rpc::RecordingList::Result::Entry;
+Listed listed(const RecordingFolder& folder, const RecordingFolder::Entry& entry) {
   const auto header = header_of(folder.find(entry.name));
-  return {{"name", entry.name},
-          {"bytes", entry.bytes},
-          {"date", header ? header->date : ""},
-          {"reason", header ? header->reason : header.error()}};
+  return {.name = entry.name,
+          .bytes = entry.bytes,
+          .date = header ? header->date : "",
+          .reason = header ? header->reason : header.error()};
 }
 
 }  // namespace
@@ -73,37 +72,31 @@ RecordingService::RecordingService(const CellParts& parts, CellRunner& runner, c
   runner_.faults().tell([this](const Fault& fault) { record_fault(fault); });
 }
 
-std::vector<Method<RecordingService>> RecordingService::methods() {
-  return {{"recording.save", &RecordingService::save},
-          {"recording.list", &RecordingService::list},
-          {"recording.get", &RecordingService::get}};
+std::vector<Served<RecordingService>> RecordingService::methods() {
+  return {&RecordingService::save, &RecordingService::list, &RecordingService::get};
 }
 
-MethodReply RecordingService::save(json::object params) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::RecordingSave> RecordingService::save(rpc::RecordingSave) {
   auto saved = co_await save_now("asked for");
   if (!saved) co_return std::unexpected(RpcError{ErrorCode::Store, saved.error()});
   const std::filesystem::path file = parts_.config.recording.folder / saved->name;
-  co_return json::object{{"name", saved->name}, {"bytes", saved->bytes}, {"file", file.string()}};
+  co_return rpc::RecordingSave::Result{.name = saved->name, .bytes = saved->bytes, .file = file.string()};
 }
 
-MethodReply RecordingService::list(json::object params) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::RecordingList> RecordingService::list(rpc::RecordingList) {
   auto job = [folder = folder_] {
-    json::array recordings;
-    for (const RecordingFolder::Entry& entry : folder.list()) recordings.push_back(entry_json(folder, entry));
-    return recordings;
+    rpc::RecordingList::Result result;
+    for (const RecordingFolder::Entry& entry : folder.list())
+      result.recordings.push_back(listed(folder, entry));
+    return result;
   };
-  auto recordings = co_await parts_.recorder_thread.ask(job);
-  co_return json::object{{"recordings", std::move(recordings)}};
+  auto result = co_await parts_.recorder_thread.ask(job);
+  co_return result;
 }
 
-MethodReply RecordingService::get(json::object params) {
-  control::ParamReader read{params};
-  const std::string name = read.required(read.text("name"), "name");
-  const auto offset = static_cast<std::uint64_t>(read.integer("offset", 0, INT64_MAX).value_or(0));
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
-  auto job = [folder = folder_, name, offset]() -> std::expected<std::string, RpcError> {
+Reply<rpc::RecordingGet> RecordingService::get(rpc::RecordingGet request) {
+  auto job = [folder = folder_, name = request.name,
+              offset = request.offset]() -> std::expected<std::string, RpcError> {
     const std::filesystem::path file = folder.find(name);
     if (file.empty()) return std::unexpected(RpcError{ErrorCode::NotFound, "no such recording"});
     auto part = part_of(file, offset);
@@ -112,7 +105,8 @@ MethodReply RecordingService::get(json::object params) {
   };
   const auto part = co_await parts_.recorder_thread.ask(job);
   if (!part) co_return std::unexpected(part.error());
-  co_return json::object{{"name", name}, {"offset", offset}, {"data", control::base64(*part)}};
+  co_return rpc::RecordingGet::Result{
+      .name = request.name, .offset = request.offset, .data = control::base64(*part)};
 }
 
 asio::awaitable<RecordingService::Saved> RecordingService::save_now(std::string reason) {
@@ -194,12 +188,12 @@ recording::Header RecordingService::header(const std::string& reason) const {
   return header;
 }
 
-json::object RecordingService::json() const {
+rpc::CellStatus::Recording RecordingService::status() const {
   const Recorder::Status status = parts_.recorder.status();
-  return {{"seconds", std::chrono::duration<double>(status.lasts).count()},
-          {"bytes", status.bytes},
-          {"dropped", status.dropped},
-          {"last", last_.empty() ? json::value{} : json::value(last_)}};
+  return {.seconds = std::chrono::duration<double>(status.lasts).count(),
+          .bytes = status.bytes,
+          .dropped = status.dropped,
+          .last = last_.empty() ? std::nullopt : std::optional{last_}};
 }
 
 }  // namespace truepose::daemon

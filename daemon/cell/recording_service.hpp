@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/json/object.hpp>
 #include <expected>
 #include <filesystem>
 #include <optional>
@@ -12,6 +11,8 @@
 #include "daemon/cell/model_service.hpp"
 #include "daemon/recorder/recording_folder.hpp"
 #include "proto/recording/recording.hpp"
+#include "proto/rpc/cell.hpp"
+#include "proto/rpc/recording.hpp"
 
 namespace truepose::daemon {
 
@@ -22,18 +23,18 @@ class RecordingService {
   RecordingService(const CellParts& parts, CellRunner& runner, const DeviceService& devices,
                    const ModelService& models);
 
-  static std::vector<Method<RecordingService>> methods();
+  static std::vector<Served<RecordingService>> methods();
 
   /// Keeps the ring, and writes recordings of faults. Ends when cancelled.
   boost::asio::awaitable<void> watch();
-  boost::json::object json() const;
+  rpc::CellStatus::Recording status() const;
 
  private:
   using Saved = std::expected<RecordingFolder::Entry, std::string>;
 
-  MethodReply save(boost::json::object params);
-  MethodReply list(boost::json::object params);
-  MethodReply get(boost::json::object params);
+  Reply<rpc::RecordingSave> save(rpc::RecordingSave);
+  Reply<rpc::RecordingList> list(rpc::RecordingList);
+  Reply<rpc::RecordingGet> get(rpc::RecordingGet request);
 
   boost::asio::awaitable<Saved> save_now(std::string reason);
   boost::asio::awaitable<void> save_fault();

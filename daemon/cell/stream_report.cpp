@@ -1,16 +1,11 @@
 #include "daemon/cell/stream_report.hpp"
 
 #include <algorithm>
-#include <boost/json/array.hpp>
-#include <boost/json/value.hpp>
-#include <boost/json/value_from.hpp>
 
 #include "config/number_text.hpp"
 #include "core/formatted.hpp"
 
 namespace truepose::daemon {
-
-namespace json = boost::json;
 
 namespace {
 
@@ -18,7 +13,9 @@ std::string seconds_text(drivers::Duration time) {
   return formatted("%.1f s", std::chrono::duration<double>(time).count());
 }
 
-json::value text_json(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }
+std::optional<std::string> text_or_none(const std::string& text) {
+  return text.empty() ? std::nullopt : std::optional{text};
+}
 
 /// Without a model the correction goes to zero, and nothing is corrected from then on.
 std::string_view modelless_state_name(const StreamStatus& status) {
@@ -49,47 +46,21 @@ std::string_view stream_state_name(const StreamStatus& status, bool streaming, b
   return "fault";
 }
 
-json::value ms_or_null(std::optional<drivers::Duration> age) {
-  if (!age) return {};
+std::optional<std::int64_t> ms_or_none(std::optional<drivers::Duration> age) {
+  if (!age) return std::nullopt;
   return std::chrono::duration_cast<std::chrono::milliseconds>(*age).count();
 }
 
-template <typename T>
-json::value value_or_null(const std::optional<T>& known) {
-  return known ? json::value_from(*known) : json::value{};
+rpc::Percentiles percentiles_of(const LatencyHistogram::Summary& summary) {
+  return {.p50 = summary.p50_us, .p99 = summary.p99_us, .p999 = summary.p999_us, .max = summary.max_us};
 }
 
-json::object robot_json(const RobotCondition& robot) {
-  return {{"mode", value_or_null(robot.mode)},
-          {"override_percent", value_or_null(robot.override_percent)},
-          {"program", value_or_null(robot.program)},
-          {"emergency_stop", value_or_null(robot.emergency_stop)},
-          {"gate_open", value_or_null(robot.gate_open)},
-          {"tool_frame", value_or_null(robot.tool_frame)},
-          {"base_frame", value_or_null(robot.base_frame)},
-          {"load_kg", value_or_null(robot.load_kg)},
-          {"unknown", robot.unknown}};
-}
-
-json::object percentiles_json(const LatencyHistogram::Summary& summary) {
-  return {
-      {"p50", summary.p50_us}, {"p99", summary.p99_us}, {"p999", summary.p999_us}, {"max", summary.max_us}};
-}
-
-json::object late_json(const StreamCounters& c) {
-  return {{"answered", c.replies()},
-          {"late", c.late},
-          {"daemon", c.late_by_daemon},
-          {"machine", c.late_by_machine},
-          {"network", c.late_by_network}};
-}
-
-json::value scheduling_json(const std::optional<drivers::Scheduling>& thread) {
-  if (!thread) return {};
-  return {{"policy", thread->policy},
-          {"priority", thread->priority},
-          {"cpus", json::value_from(thread->cpus)},
-          {"locked_kB", thread->locked_kB}};
+std::optional<rpc::StreamStatus::Scheduling> scheduling_of(const std::optional<drivers::Scheduling>& thread) {
+  if (!thread) return std::nullopt;
+  return rpc::StreamStatus::Scheduling{.policy = thread->policy,
+                                       .priority = thread->priority,
+                                       .cpus = thread->cpus,
+                                       .locked_kB = thread->locked_kB};
 }
 
 /// Of an armed stream whose controller sends nothing.
@@ -175,56 +146,55 @@ std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, 
          "`truepose doctor`, which looks where";
 }
 
-json::object stream_json(const StreamStatus& status, const StreamTimes& times,
-                         const StreamSurroundings& around) {
+rpc::StreamStatus stream_status(const StreamStatus& status, const StreamTimes& times,
+                                const StreamSurroundings& around) {
   const StreamCounters& c = status.counters;
+  const StreamCounters& minute = around.last_minute;
   const bool silent = !around.age || *around.age >= kSilence;
-  json::array correction_deg, measured_deg;
-  if (status.state != StreamState::Idle) {
-    for (const double axis_deg : status.correction_deg) correction_deg.emplace_back(axis_deg);
-    for (const auto& axis_deg : status.measured_deg) {
-      measured_deg.emplace_back(axis_deg && !silent ? json::value(*axis_deg) : json::value{});
-    }
-  }
-  return {
-      {"state", stream_state_name(status, around.streaming, silent)},
-      {"armed", around.armed},
-      {"reason", stream_reason(status, around, silent)},
-      {"model_id", text_json(around.model_id)},
-      {"tool", {{"number", value_or_null(around.tool)}, {"measured", around.tool_measured}}},
-      {"robot", robot_json(around.robot)},
-      {"arm",
-       {{"serial", text_json(around.serial)},
-        {"verified", !around.serial.empty() && around.why_unverified.empty()},
-        {"why_not", around.why_unverified}}},
-      {"peer", status.peer ? json::value(text(*status.peer)) : json::value{}},
-      {"packet_age_ms", ms_or_null(around.age)},
-      {"ipoc_step", c.datagrams > 0 && status.ipoc_step > 0 ? json::value(status.ipoc_step) : json::value{}},
-      {"sessions", c.sessions},
-      {"cycles", c.datagrams},
-      {"answered", c.replies()},
-      {"held", c.held},
-      {"duplicate", c.duplicate},
-      {"unconfirmed", c.unconfirmed},
-      {"wrong_ipoc", c.wrong_ipoc},
-      {"malformed", c.malformed},
-      {"partly_read", c.partly_read},
-      {"unexpected_sender", c.unexpected_sender},
-      {"refused", text_json(around.refused)},
-      {"late", c.late},
-      {"lost", c.lost},
-      {"clamped", c.clamped_step + c.clamped_total + c.clamped_limit + c.clamped_not_finite},
-      {"no_solution", c.no_solution},
-      {"damped", c.damped},
-      {"max_step_deg", status.max_step_deg},
-      {"correction_deg", std::move(correction_deg)},
-      {"measured_deg", std::move(measured_deg)},
-      {"late_by",
-       {{"daemon", c.late_by_daemon}, {"machine", c.late_by_machine}, {"network", c.late_by_network}}},
-      {"last_minute", late_json(around.last_minute)},
-      {"turnaround_us", percentiles_json(times.turnaround)},
-      {"compute_us", percentiles_json(times.compute)},
-      {"scheduling", scheduling_json(around.thread)}};
+  rpc::StreamStatus answer{
+      .state = std::string{stream_state_name(status, around.streaming, silent)},
+      .armed = around.armed,
+      .reason = stream_reason(status, around, silent),
+      .model_id = text_or_none(around.model_id),
+      .tool = {.number = around.tool, .measured = around.tool_measured},
+      .robot = around.robot,
+      .arm = {.serial = text_or_none(around.serial),
+              .verified = !around.serial.empty() && around.why_unverified.empty(),
+              .why_not = around.why_unverified},
+      .packet_age_ms = ms_or_none(around.age),
+      .sessions = c.sessions,
+      .cycles = c.datagrams,
+      .answered = c.replies(),
+      .held = c.held,
+      .duplicate = c.duplicate,
+      .unconfirmed = c.unconfirmed,
+      .malformed = c.malformed,
+      .partly_read = c.partly_read,
+      .unexpected_sender = c.unexpected_sender,
+      .refused = text_or_none(around.refused),
+      .late = c.late,
+      .lost = c.lost,
+      .wrong_ipoc = c.wrong_ipoc,
+      .clamped = c.clamped_step + c.clamped_total + c.clamped_limit + c.clamped_not_finite,
+      .no_solution = c.no_solution,
+      .damped = c.damped,
+      .max_step_deg = status.max_step_deg,
+      .late_by = {.daemon = c.late_by_daemon, .machine = c.late_by_machine, .network = c.late_by_network},
+      .last_minute = {.answered = minute.replies(),
+                      .late = minute.late,
+                      .daemon = minute.late_by_daemon,
+                      .machine = minute.late_by_machine,
+                      .network = minute.late_by_network},
+      .turnaround_us = percentiles_of(times.turnaround),
+      .compute_us = percentiles_of(times.compute),
+      .scheduling = scheduling_of(around.thread)};
+  if (status.peer) answer.peer = text(*status.peer);
+  if (c.datagrams > 0 && status.ipoc_step > 0) answer.ipoc_step = status.ipoc_step;
+  if (status.state == StreamState::Idle) return answer;
+  answer.correction_deg.assign(status.correction_deg.begin(), status.correction_deg.end());
+  answer.measured_deg.assign(status.measured_deg.begin(), status.measured_deg.end());
+  if (silent) std::ranges::fill(answer.measured_deg, std::nullopt);
+  return answer;
 }
 
 }  // namespace truepose::daemon

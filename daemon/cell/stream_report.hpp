@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-#include <boost/json/object.hpp>
 #include <optional>
 #include <string>
 
@@ -11,6 +9,7 @@
 #include "daemon/realtime/stream_status.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/kuka/scheduling.hpp"
+#include "proto/rpc/stream.hpp"
 
 namespace truepose::daemon {
 
@@ -34,17 +33,8 @@ struct RefusedPackets {
 std::string no_answer_text(const StreamStatus& before, const StreamStatus& now, const RefusedPackets& refused,
                            const config::CellConfig& config);
 
-/// State of the controller in addition to its axes; none where it is not known.
-struct RobotCondition {
-  std::optional<std::string> mode, program;  ///< as drivers::RobotState names them
-  std::optional<double> override_percent;
-  std::optional<bool> emergency_stop, gate_open;
-  std::optional<std::array<double, 6>> tool_frame, base_frame;  ///< X Y Z in mm, A B C in deg
-  std::optional<double> load_kg;
-  std::string unknown;  ///< why; empty where all is known
-
-  bool operator==(const RobotCondition&) const = default;
-};
+/// State of the controller in addition to its axes.
+using RobotCondition = rpc::StreamStatus::Robot;
 
 /// "mode AUT, override 50 %, program active, emergency stop pressed, safety gate open"
 std::string describe(const RobotCondition& robot);
@@ -72,8 +62,7 @@ struct StreamTimes {
   LatencyHistogram::Summary turnaround, compute;
 };
 
-/// The status of the stream, as openrpc.json describes it.
-boost::json::object stream_json(const StreamStatus& status, const StreamTimes& times,
+rpc::StreamStatus stream_status(const StreamStatus& status, const StreamTimes& times,
                                 const StreamSurroundings& around);
 
 }  // namespace truepose::daemon

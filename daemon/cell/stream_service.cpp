@@ -12,7 +12,6 @@
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 using namespace std::chrono_literals;
@@ -61,16 +60,12 @@ StreamService::StreamService(const CellParts& parts, CellRunner& runner, StoreWa
   runner_.explain_by([this] { return no_answer(parts_.stream.status()); });
 }
 
-std::vector<Method<StreamService>> StreamService::methods() {
-  return {{"stream.start", &StreamService::start},
-          {"stream.stop", &StreamService::stop},
-          {"stream.arm", &StreamService::arm},
-          {"stream.disarm", &StreamService::disarm},
-          {"stream.status", &StreamService::status}};
+std::vector<Served<StreamService>> StreamService::methods() {
+  return {&StreamService::start, &StreamService::stop, &StreamService::arm, &StreamService::disarm,
+          &StreamService::get_status};
 }
 
-MethodReply StreamService::start(json::object params, std::string by) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::StreamStart> StreamService::start(rpc::StreamStart, std::string by) {
   if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
   if (auto not_ready = co_await robot_not_ready()) co_return std::unexpected(*not_ready);
   co_await keep_corrected();
@@ -92,7 +87,7 @@ MethodReply StreamService::start(json::object params, std::string by) {
   co_await runner_.while_in<StreamStarting>();
   if (const auto* fault = runner_.in<Faulted>())
     co_return std::unexpected(RpcError{ErrorCode::Device, fault->reason});
-  co_return json();
+  co_return status();
 }
 
 /// What the controller itself says is known at once, and is no reason to let go of it.
@@ -105,15 +100,14 @@ asio::awaitable<std::optional<RpcError>> StreamService::robot_not_ready() {
                      drivers::not_ready_text(state->why_not_ready) + "; then start the stream"};
 }
 
-MethodReply StreamService::stop(json::object params, std::string by) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::StreamStop> StreamService::stop(rpc::StreamStop, std::string by) {
   if (auto frozen = cannot_ramp_out("stream.stop")) co_return std::unexpected(*frozen);
   if (auto refused = runner_.apply(StreamStopRequested{}, "asked for by an operator", by))
     co_return std::unexpected(*refused);
   auto failed = co_await ramped_out<StreamStopping>("stream.stop");
   if (failed) co_return std::unexpected(*failed);
   co_await end_program();
-  co_return json();
+  co_return status();
 }
 
 /// The controller does not do what it is sent: what it has in effect stays, whatever is sent.
@@ -153,8 +147,7 @@ asio::awaitable<void> StreamService::end_program() {
   if (!stopped) log_warning("robot: " + stopped.error().detail);
 }
 
-MethodReply StreamService::arm(json::object params, std::string by) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::StreamArm> StreamService::arm(rpc::StreamArm, std::string by) {
   if (!devices_.robot().connected()) co_await devices_.refresh_robot();
   if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
   co_await keep_corrected();
@@ -163,21 +156,20 @@ MethodReply StreamService::arm(json::object params, std::string by) {
     co_return std::unexpected(*refused);
   verified_ = known;
   auto kept = co_await keep_armed(control::rfc3339(parts_.wall_clock()));
-  if (kept) co_return json();
+  if (kept) co_return status();
   store_.failed(kept.error());
   runner_.apply(DisarmRequested{}, kept.error().detail);
   co_return std::unexpected(store_unusable(kept.error()));
 }
 
-MethodReply StreamService::disarm(json::object params, std::string by) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
+Reply<rpc::StreamDisarm> StreamService::disarm(rpc::StreamDisarm, std::string by) {
   if (auto frozen = cannot_ramp_out("stream.disarm")) co_return std::unexpected(*frozen);
   if (auto refused = runner_.apply(DisarmRequested{}, "disarmed by an operator", by))
     co_return std::unexpected(*refused);
   co_await keep_disarmed();
   auto failed = co_await ramped_out<Disarming>("stream.disarm");
   if (failed) co_return std::unexpected(*failed);
-  co_return json();
+  co_return status();
 }
 
 /// Before anything is corrected. Where the disk does not keep it the stream continues: what is lost is a
@@ -217,10 +209,7 @@ asio::awaitable<void> StreamService::arm_as_before() {
   runner_.apply(ArmRequested{}, "armed since " + *since + ", as before the daemon ended");
 }
 
-MethodReply StreamService::status(json::object params) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  co_return json();
-}
+Reply<rpc::GetStreamStatus> StreamService::get_status(rpc::GetStreamStatus) { co_return status(); }
 
 asio::awaitable<void> StreamService::watch() {
   for (TimePoint tell = parts_.clock.now();;) {
@@ -228,7 +217,7 @@ asio::awaitable<void> StreamService::watch() {
     if (kept_armed_ && runner_.in<Faulted>()) co_await keep_disarmed();  // acknowledging arms again
     if (parts_.clock.now() >= tell) {
       tell = parts_.clock.now() + kReportInterval;
-      if (runner_.corrects()) parts_.events.publish(control::Topic::Stream, json(), Keep::Passing);
+      if (runner_.corrects()) publish_status(Keep::Passing);
     }
     const TimePoint next = parts_.clock.now() + kPollInterval;
     co_await parts_.clock.sleep_until(next);
@@ -269,7 +258,7 @@ void StreamService::look() {
   clamp_named_ = clamped || (frozen && clamp_named_);
   runner_.faults().stand(frozen && !over && !acknowledged, {FaultCode::StreamFrozen, reason(status)});
   if (before != status.state) {
-    parts_.events.publish(control::Topic::Stream, json());
+    publish_status();
     runner_.wake();
   }
   const bool closed = runner_.armed() && known_stale(status);
@@ -287,8 +276,8 @@ RobotCondition StreamService::robot(const StreamStatus& status) const {
   RobotCondition robot;
   if (const auto state = devices_.robot_state()) {
     robot = {.mode = state->mode,
-             .program = state->program,
              .override_percent = state->override_percent,
+             .program = state->program,
              .emergency_stop = state->emergency_stop,
              .gate_open = state->gate_open,
              .tool_frame = state->tool_frame,
@@ -332,7 +321,7 @@ void StreamService::refresh_robot(const StreamStatus& status) {
   robot_ = std::move(now);
   if (!runner_.corrects()) return;
   log_info("robot: " + describe(robot_));
-  parts_.events.publish(control::Topic::Stream, json());
+  publish_status();
 }
 
 /// Whether RSI and the state server name another mode for longer than the state server takes to see a change:
@@ -458,9 +447,13 @@ std::string StreamService::trouble(const StreamStatus& now) const {
   return late ? no_answer(now) : "";
 }
 
-json::object StreamService::json() const {
+void StreamService::publish_status(Keep keep) {
+  parts_.events.publish(control::Topic::Stream, record::to_json(status()), keep);
+}
+
+rpc::StreamStatus StreamService::status() const {
   const StreamStatus status = parts_.stream.status();
-  return stream_json(
+  return stream_status(
       status, {parts_.stream.turnaround(), parts_.stream.compute()},
       {.streaming = runner_.corrects(),
        .armed = runner_.armed(),

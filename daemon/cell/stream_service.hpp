@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/json/object.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,7 +19,7 @@ class StreamService {
   StreamService(const CellParts& parts, CellRunner& runner, StoreWatch& store, DeviceService& devices,
                 ModelService& models);
 
-  static std::vector<Method<StreamService>> methods();
+  static std::vector<Served<StreamService>> methods();
 
   /// Arms the stream where it was armed when the daemon ended.
   boost::asio::awaitable<void> arm_as_before();
@@ -28,14 +27,15 @@ class StreamService {
   boost::asio::awaitable<void> watch();
   /// Whether a correction is being ramped out, or would be if it were asked for.
   bool in_effect() const;
-  boost::json::object json() const;
+  rpc::StreamStatus status() const;
 
  private:
-  MethodReply start(boost::json::object params, std::string by);
-  MethodReply stop(boost::json::object params, std::string by);
-  MethodReply arm(boost::json::object params, std::string by);
-  MethodReply disarm(boost::json::object params, std::string by);
-  MethodReply status(boost::json::object params);
+  Reply<rpc::StreamStart> start(rpc::StreamStart, std::string by);
+  Reply<rpc::StreamStop> stop(rpc::StreamStop, std::string by);
+  Reply<rpc::StreamArm> arm(rpc::StreamArm, std::string by);
+  Reply<rpc::StreamDisarm> disarm(rpc::StreamDisarm, std::string by);
+  Reply<rpc::GetStreamStatus> get_status(rpc::GetStreamStatus);
+  void publish_status(Keep keep = Keep::Lasting);
 
   boost::asio::awaitable<std::optional<control::RpcError>> robot_not_ready();
   std::optional<control::RpcError> cannot_ramp_out(const std::string& method) const;

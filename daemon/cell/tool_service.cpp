@@ -11,14 +11,11 @@
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 
-std::vector<Method<ToolService>> ToolService::methods() {
-  return {{"tool.list", &ToolService::list},
-          {"tool.activate", &ToolService::activate},
-          {"tool.deactivate", &ToolService::deactivate}};
+std::vector<Served<ToolService>> ToolService::methods() {
+  return {&ToolService::list, &ToolService::activate, &ToolService::deactivate};
 }
 
 const config::ToolFile* ToolService::of(int number) const {
@@ -112,30 +109,26 @@ asio::awaitable<StoreResult<void>> ToolService::load() {
   co_return StoreResult<void>{};
 }
 
-json::object ToolService::json(int number) const {
-  const auto found = in_use_.find(number);
-  const bool measured = found != in_use_.end();
+rpc::ToolInUse ToolService::in_use(int number) const {
   const config::ToolFile* const file = of(number);
-  json::object tool{
-      {"number", number},
-      {"krl", file ? json::value(record::tool_statement(number, file->X_controller)) : json::value{}},
-      {"campaign_id", measured ? json::value(found->second.campaign_id) : json::value{}},
-      {"measured", measured ? json::value(found->second.measured) : json::value{}}};
-  if (const std::string why = refusal(number); !why.empty()) tool["refused"] = why;
+  rpc::ToolInUse tool{.number = number};
+  if (file) tool.krl = record::tool_statement(number, file->X_controller);
+  if (const auto measured = in_use_.find(number); measured != in_use_.end()) {
+    tool.campaign_id = measured->second.campaign_id;
+    tool.measured = measured->second.measured;
+  }
+  if (const std::string why = refusal(number); !why.empty()) tool.refused = why;
   return tool;
 }
 
-MethodReply ToolService::list(json::object params) {
-  if (auto wrong = no_parameters(params)) co_return std::unexpected(*wrong);
-  json::array tools;
-  for (const int number : numbers()) tools.push_back(json(number));
-  co_return json::object{{"tools", std::move(tools)}};
+Reply<rpc::ToolList> ToolService::list(rpc::ToolList) {
+  rpc::ToolList::Result result;
+  for (const int number : numbers()) result.tools.push_back(in_use(number));
+  co_return result;
 }
 
-MethodReply ToolService::activate(json::object params, std::string) {
-  control::ParamReader read{params};
-  const std::string id = read.required(read.id("id"), "id");
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+Reply<rpc::ToolActivate> ToolService::activate(rpc::ToolActivate request) {
+  const std::string id = request.id;
   auto find = [this, id] { return parts_.store.campaign(id); };
   auto record = co_await parts_.store_thread.ask(find);
   if (!record) co_return std::unexpected(store_unusable(record.error()));
@@ -151,13 +144,11 @@ MethodReply ToolService::activate(json::object params, std::string) {
   in_use_.insert_or_assign(number, InUse{id, (*record)->ended, *std::move(tool)});
   log_info("tool " + std::to_string(number) + " is the one that campaign " + id + " measured");
   changed_();
-  co_return json(number);
+  co_return in_use(number);
 }
 
-MethodReply ToolService::deactivate(json::object params, std::string) {
-  control::ParamReader read{params};
-  const auto number = static_cast<int>(read.required(read.integer("number", 1, 1000), "number"));
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+Reply<rpc::ToolDeactivate> ToolService::deactivate(rpc::ToolDeactivate request) {
+  const int number = request.number;
   if (!in_use_.contains(number))
     co_return std::unexpected(RpcError{ErrorCode::NotFound, "no tool of this number was taken into use"});
   auto use = [this, number] { return parts_.store.use_tool(number, ""); };
@@ -166,7 +157,7 @@ MethodReply ToolService::deactivate(json::object params, std::string) {
   const std::string was = in_use_.extract(number).mapped().campaign_id;
   log_info("tool " + std::to_string(number) + " is not the one any more that campaign " + was + " measured");
   changed_();
-  co_return json::object{{"deactivated", was}};
+  co_return rpc::ToolDeactivate::Result{was};
 }
 
 }  // namespace truepose::daemon

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/json/object.hpp>
 #include <functional>
 #include <map>
 #include <set>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "daemon/cell/device_service.hpp"
+#include "proto/rpc/tool.hpp"
 
 namespace truepose::daemon {
 
@@ -19,7 +19,7 @@ class ToolService {
   ToolService(const CellParts& parts, CellRunner& runner, const DeviceService& devices)
       : parts_{parts}, runner_{runner}, devices_{devices} {}
 
-  static std::vector<Method<ToolService>> methods();
+  static std::vector<Served<ToolService>> methods();
 
   /// Takes those in use from the store.
   boost::asio::awaitable<StoreResult<void>> load();
@@ -41,13 +41,13 @@ class ToolService {
     std::expected<config::ToolFile, std::string> file;  ///< or why it is refused
   };
 
-  MethodReply list(boost::json::object params);
-  MethodReply activate(boost::json::object params, std::string by);
-  MethodReply deactivate(boost::json::object params, std::string by);
+  Reply<rpc::ToolList> list(rpc::ToolList);
+  Reply<rpc::ToolActivate> activate(rpc::ToolActivate request);
+  Reply<rpc::ToolDeactivate> deactivate(rpc::ToolDeactivate request);
   std::set<int> numbers() const;
   std::expected<config::ToolFile, std::string> measured_by(const CampaignRecord& campaign) const;
   std::string other_arm(const std::string& what, const std::string& serial) const;
-  boost::json::object json(int number) const;
+  rpc::ToolInUse in_use(int number) const;
 
   CellParts parts_;
   CellRunner& runner_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <functional>
 #include <string>
@@ -186,6 +187,8 @@ class Io {
       list(x, how...);
     } else if constexpr (EigenVector<T>) {
       vector(x, how...);
+    } else if constexpr (kIsArray<T>) {
+      array(x, how...);
     } else if constexpr (std::same_as<T, bool>) {
       boolean(x);
     } else if constexpr (std::same_as<T, std::uint64_t> && !(std::same_as<How, Whole> || ...)) {
@@ -302,6 +305,13 @@ class Io {
       leave();
     }
     end_members();
+  }
+
+  template <std::size_t N, class... How>
+  void array(std::array<double, N>& x, const How&... how) {
+    std::vector<double> numbers(x.begin(), x.end());
+    list(numbers, Size{N, N}, how...);
+    if (reads()) std::ranges::copy(numbers, x.begin());
   }
 
   template <class T, class... How>

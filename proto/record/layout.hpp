@@ -139,6 +139,10 @@ inline constexpr bool kIsByName = false;
 template <class T>
 inline constexpr bool kIsByName<ByName<T>> = true;
 template <class T>
+inline constexpr bool kIsArray = false;
+template <std::size_t N>
+inline constexpr bool kIsArray<std::array<double, N>> = true;
+template <class T>
 concept EigenVector = std::derived_from<T, Eigen::MatrixBase<T>> && T::ColsAtCompileTime == 1;
 
 template <class T>

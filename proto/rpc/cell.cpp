@@ -24,12 +24,15 @@ void layout(Io& io, TrackerStatus& x) {
   io.about("One phrase while not connected, else empty")("why_not_ready", x.why_not_ready);
 }
 
-void layout(Io& io, Fault& x) {
-  io.record("Fault");
+void layout_members(Io& io, Fault& x) {
   io.about("Stable name, e.g. E_BEAM_BROKEN")("code", x.code);
   io("severity", x.severity, OneOf{"warning", "error"});
   io.about("One sentence for the operator")("text", x.text);
   io.about("When it came").format("date-time")("since", x.since);
+}
+void layout(Io& io, Fault& x) {
+  io.record("Fault");
+  layout_members(io, x);
 }
 
 void layout(Io& io, CellStatus::Waiting& x) {
@@ -64,52 +67,6 @@ void layout(Io& io, CellStatus& x) {
   io.about("Those that stand, newest first")("faults", x.faults);
 }
 
-void layout(Io& io, SystemConfig::Result::Config::Robot& x) {
-  io("file", x.file);
-  io("model", x.model);
-  io("eki_motion", x.eki_motion);
-  io("eki_state", x.eki_state);
-  io("expect_model", x.expect_model);
-}
-void layout(Io& io, SystemConfig::Result::Config::Stream& x) {
-  io("listen", x.listen);
-  io("ethernet_xml", x.ethernet_xml);
-  io("max_step_deg", x.max_step_deg);
-  io("max_total_deg", x.max_total_deg);
-  io("ramp_ms", x.ramp_ms);
-}
-void layout(Io& io, SystemConfig::Result::Config::Tracker& x) {
-  io("address", x.address);
-  io("reflector", x.reflector);
-  io("search_radius_mm", x.search_radius_mm);
-  io("gate_mm", x.gate_mm);
-}
-void layout(Io& io, SystemConfig::Result::Config::Campaign& x) {
-  io("identify_poses", x.identify_poses);
-  io("validate_poses", x.validate_poses);
-  io("seed", x.seed);
-  io("speed_percent", x.speed_percent);
-  io("remeasure", x.remeasure);
-}
-void layout(Io& io, SystemConfig::Result::Config::Control& x) { io("listen", x.listen); }
-void layout(Io& io, SystemConfig::Result::Config::Web& x) {
-  io.about("null: off").nullable("listen", x.listen);
-}
-void layout(Io& io, SystemConfig::Result::Config& x) {
-  io("name", x.name);
-  io("robot", x.robot);
-  io("stream", x.stream);
-  io("tracker", x.tracker);
-  io("campaign", x.campaign);
-  io("control", x.control);
-  io("web", x.web);
-  io("store", x.store);
-  io.about("As the cell file has them")("loads", x.loads);
-  io.about("On the flange, the first of them first, as the cell file has them")("reflectors", x.reflectors);
-  io.about("What is set in this section, by the keys of the cell file")("calibration", x.calibration);
-  io.about("What is set in this section, by the keys of the cell file")("iso9283", x.iso9283);
-  io.about("What is set in this section, by the keys of the cell file")("recording", x.recording);
-}
 void layout(Io& io, SystemConfig::Result& x) { io.about("Files, and HOST:PORT")("config", x.config); }
 const Method& SystemConfig::method() {
   static const Method kMethod{

@@ -40,6 +40,8 @@ struct Fault {
   std::string since{};
 };
 void layout(Io& io, Fault& x);
+/// Its members, in a record around it.
+void layout_members(Io& io, Fault& x);
 
 struct CellStatus {
   struct Waiting {
@@ -74,55 +76,7 @@ void layout(Io& io, CellStatus& x);
 /// system.config
 struct SystemConfig : NoParameters {
   struct Result {
-    struct Config {
-      struct Robot {
-        std::string file{};
-        std::string model{};
-        std::string eki_motion{};
-        std::string eki_state{};
-        std::string expect_model{};
-      };
-      struct Stream {
-        std::string listen{};
-        std::string ethernet_xml{};
-        double max_step_deg = 0;
-        double max_total_deg = 0;
-        std::uint64_t ramp_ms = 0;
-      };
-      struct Tracker {
-        std::string address{};
-        std::string reflector{};
-        double search_radius_mm = 0;
-        double gate_mm = 0;
-      };
-      struct Campaign {
-        std::uint64_t identify_poses = 0;
-        std::uint64_t validate_poses = 0;
-        std::uint64_t seed = 0;
-        double speed_percent = 0;
-        bool remeasure = false;
-      };
-      struct Control {
-        std::string listen{};
-      };
-      struct Web {
-        std::optional<std::string> listen{};
-      };
-      std::string name{};
-      Robot robot{};
-      Stream stream{};
-      Tracker tracker{};
-      Campaign campaign{};
-      Control control{};
-      Web web{};
-      std::string store{};
-      std::vector<boost::json::object> loads{};
-      std::vector<boost::json::object> reflectors{};
-      boost::json::object calibration{};
-      boost::json::object iso9283{};
-      boost::json::object recording{};
-    };
-    Config config{};
+    boost::json::object config{};
   };
   static const Method& method();
 };

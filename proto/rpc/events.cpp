@@ -83,10 +83,7 @@ void layout(Io& io, ModelChanged& x) {
 }
 
 void layout(Io& io, FaultChanged& x) {
-  io("code", x.code);
-  io("severity", x.severity, OneOf{"warning", "error"});
-  io("text", x.text);
-  io.about("When it came").format("date-time")("since", x.since);
+  layout_members(io, x.fault);
   io.about("false: it went")("active", x.active);
 }
 

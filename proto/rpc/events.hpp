@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/rpc/cell.hpp"
 #include "proto/rpc/method.hpp"
 #include "proto/rpc/model.hpp"
 
@@ -72,10 +73,7 @@ struct ModelChanged {
 void layout(Io& io, ModelChanged& x);
 
 struct FaultChanged {
-  std::string code{};
-  std::string severity{};
-  std::string text{};
-  std::string since{};
+  Fault fault{};
   bool active = false;
 };
 void layout(Io& io, FaultChanged& x);

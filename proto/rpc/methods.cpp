@@ -153,7 +153,8 @@ json::object described_protocol(json::object document) {
   }
   json::object& schemas = document.at("components").as_object().at("schemas").as_object();
   json::object kept;
-  for (const char* const name : {"CommandId", "AsJob", "CalibrationDocument"}) kept[name] = schemas.at(name);
+  for (const char* const name : {"CommandId", "AsJob", "CalibrationDocument", "CellConfig"})
+    kept[name] = schemas.at(name);
   for (auto& [name, schema] : definitions.schemas) kept[name] = std::move(schema);
   schemas = std::move(kept);
   return document;

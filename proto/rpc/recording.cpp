@@ -17,7 +17,7 @@ const Method& RecordingSave::method() {
   return kMethod;
 }
 
-void layout(Io& io, RecordingList::Result::Recordings& x) {
+void layout(Io& io, RecordingList::Result::Entry& x) {
   io.about("Of the recording")("name", x.name);
   io.about("Of its file")("bytes", x.bytes);
   io.about("When it was written; empty where that cannot be read")("date", x.date);

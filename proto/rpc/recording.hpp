@@ -22,13 +22,13 @@ void layout(Io& io, RecordingSave::Result& x);
 /// recording.list
 struct RecordingList : NoParameters {
   struct Result {
-    struct Recordings {
+    struct Entry {
       std::string name{};
       std::uint64_t bytes = 0;
       std::string date{};
       std::string reason{};
     };
-    std::vector<Recordings> recordings{};
+    std::vector<Entry> recordings{};
   };
   static const Method& method();
 };

@@ -2,7 +2,7 @@
 
 namespace truepose::rpc {
 
-using record::kCount, record::kLargeCount, record::OneOf, record::Size;
+using record::kCount, record::kLargeCount, record::OneOf;
 
 void layout(Io& io, Percentiles& x) {
   io.record("Percentiles");
@@ -26,8 +26,8 @@ void layout(Io& io, StreamStatus::Robot& x) {
       .nullable("program", x.program, OneOf{"free", "reset", "active", "stopped", "ended"});
   io.nullable("emergency_stop", x.emergency_stop);
   io.about("The operator safety; matters in AUT and EXT").nullable("gate_open", x.gate_open);
-  io.about("$TOOL in use: X, Y, Z in mm, A, B, C in deg").nullable("tool_frame", x.tool_frame, Size{6, 6});
-  io.about("$BASE, likewise").nullable("base_frame", x.base_frame, Size{6, 6});
+  io.about("$TOOL in use: X, Y, Z in mm, A, B, C in deg").nullable("tool_frame", x.tool_frame);
+  io.about("$BASE, likewise").nullable("base_frame", x.base_frame);
   io.about("$LOAD.M").nullable("load_kg", x.load_kg);
   io.about("Why something is not known, else empty")("unknown", x.unknown);
 }
@@ -50,8 +50,8 @@ void layout(Io& io, StreamStatus::LastMinute& x) {
 }
 void layout(Io& io, StreamStatus::Scheduling& x) {
   io.about("SCHED_FIFO, SCHED_OTHER")("policy", x.policy);
-  io.about("0 under ordinary scheduling")("priority", x.priority, kLargeCount);
-  io.about("Where it may run")("cpus", x.cpus);
+  io.about("0 under ordinary scheduling")("priority", x.priority, kCount);
+  io.about("Where it may run")("cpus", x.cpus, kCount);
   io.about("Memory of the daemon that cannot be swapped out")("locked_kB", x.locked_kB);
 }
 void layout(Io& io, StreamStatus& x) {

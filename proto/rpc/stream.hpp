@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -28,10 +29,12 @@ struct StreamStatus {
     std::optional<std::string> program{};
     std::optional<bool> emergency_stop{};
     std::optional<bool> gate_open{};
-    std::optional<std::vector<double>> tool_frame{};
-    std::optional<std::vector<double>> base_frame{};
+    std::optional<std::array<double, 6>> tool_frame{};
+    std::optional<std::array<double, 6>> base_frame{};
     std::optional<double> load_kg{};
     std::string unknown{};
+
+    bool operator==(const Robot&) const = default;
   };
   struct Arm {
     std::optional<std::string> serial{};
@@ -52,8 +55,8 @@ struct StreamStatus {
   };
   struct Scheduling {
     std::string policy{};
-    std::int64_t priority = 0;
-    std::vector<std::uint64_t> cpus{};
+    int priority = 0;
+    std::vector<int> cpus{};
     std::uint64_t locked_kB = 0;
   };
   std::string state{};
