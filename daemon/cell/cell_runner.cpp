@@ -224,12 +224,12 @@ RpcError CellRunner::wrong_state(std::string why, std::vector<std::string> allow
   return {ErrorCode::WrongState, std::move(why), {}, std::string{name()}, std::move(allowed)};
 }
 
-std::optional<rpc::CellStatus::Waiting> CellRunner::waiting_for_device() const {
+std::optional<rpc::AwaitedDevice> CellRunner::awaited_device() const {
   const auto wait = waiting(state_);
   if (!wait) return std::nullopt;
   const auto since = wall_clock_() - std::chrono::duration_cast<std::chrono::system_clock::duration>(
                                          clock_.now() - wait->since);
-  return rpc::CellStatus::Waiting{
+  return rpc::AwaitedDevice{
       .device = device_name(wait->device), .since = control::rfc3339(since), .reason = wait->reason};
 }
 

@@ -116,7 +116,7 @@ class CellRunner {
   /// What an operator does next, in one sentence.
   std::string next() const;
   /// The device that is waited for.
-  std::optional<rpc::CellStatus::Waiting> waiting_for_device() const;
+  std::optional<rpc::AwaitedDevice> awaited_device() const;
   bool waits() const { return waiting(state_).has_value(); }
 
   ActiveFaults& faults() { return faults_; }

@@ -114,7 +114,7 @@ rpc::CellStatus DaemonCell::status() const {
                          .state = std::string{runner_.name()},
                          .state_text = runner_.reason(),
                          .next = runner_.next(),
-                         .waiting = runner_.waiting_for_device(),
+                         .waiting = runner_.awaited_device(),
                          .time = control::rfc3339(parts_.wall_clock()),
                          .robot = devices_.robot_status(),
                          .tracker = devices_.tracker_status(),

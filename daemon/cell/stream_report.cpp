@@ -55,12 +55,12 @@ rpc::Percentiles percentiles_of(const LatencyHistogram::Summary& summary) {
   return {.p50 = summary.p50_us, .p99 = summary.p99_us, .p999 = summary.p999_us, .max = summary.max_us};
 }
 
-std::optional<rpc::StreamStatus::Scheduling> scheduling_of(const std::optional<drivers::Scheduling>& thread) {
+std::optional<rpc::StreamScheduling> scheduling_of(const std::optional<drivers::Scheduling>& thread) {
   if (!thread) return std::nullopt;
-  return rpc::StreamStatus::Scheduling{.policy = thread->policy,
-                                       .priority = thread->priority,
-                                       .cpus = thread->cpus,
-                                       .locked_kB = thread->locked_kB};
+  return rpc::StreamScheduling{.policy = thread->policy,
+                               .priority = thread->priority,
+                               .cpus = thread->cpus,
+                               .locked_kB = thread->locked_kB};
 }
 
 /// Of an armed stream whose controller sends nothing.

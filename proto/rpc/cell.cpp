@@ -35,7 +35,7 @@ void layout(Io& io, Fault& x) {
   layout_members(io, x);
 }
 
-void layout(Io& io, CellStatus::Waiting& x) {
+void layout(Io& io, AwaitedDevice& x) {
   io("device", x.device, OneOf{"controller", "tracker"});
   io.format("date-time")("since", x.since);
   io.about("What it has to do, or what has happened to it")("reason", x.reason);

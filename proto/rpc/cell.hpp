@@ -43,12 +43,13 @@ void layout(Io& io, Fault& x);
 /// Its members, in a record around it.
 void layout_members(Io& io, Fault& x);
 
+struct AwaitedDevice {
+  std::string device{};
+  std::string since{};
+  std::string reason{};
+};
+
 struct CellStatus {
-  struct Waiting {
-    std::string device{};
-    std::string since{};
-    std::string reason{};
-  };
   struct Recording {
     double seconds = 0;
     std::uint64_t bytes = 0;
@@ -60,7 +61,7 @@ struct CellStatus {
   std::string state_text{};
   std::optional<std::string> next{};
   std::vector<std::string> allowed{};
-  std::optional<Waiting> waiting{};
+  std::optional<AwaitedDevice> waiting{};
   std::string time{};
   RobotStatus robot{};
   TrackerStatus tracker{};

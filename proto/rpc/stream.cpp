@@ -48,7 +48,7 @@ void layout(Io& io, StreamStatus::LastMinute& x) {
   io("machine", x.machine);
   io("network", x.network);
 }
-void layout(Io& io, StreamStatus::Scheduling& x) {
+void layout(Io& io, StreamScheduling& x) {
   io.about("SCHED_FIFO, SCHED_OTHER")("policy", x.policy);
   io.about("0 under ordinary scheduling")("priority", x.priority, kCount);
   io.about("Where it may run")("cpus", x.cpus, kCount);

@@ -18,6 +18,13 @@ struct Percentiles {
 };
 void layout(Io& io, Percentiles& x);
 
+struct StreamScheduling {
+  std::string policy{};
+  int priority = 0;
+  std::vector<int> cpus{};
+  std::uint64_t locked_kB = 0;
+};
+
 struct StreamStatus {
   struct Tool {
     std::optional<int> number{};
@@ -53,12 +60,6 @@ struct StreamStatus {
     std::uint64_t machine = 0;
     std::uint64_t network = 0;
   };
-  struct Scheduling {
-    std::string policy{};
-    int priority = 0;
-    std::vector<int> cpus{};
-    std::uint64_t locked_kB = 0;
-  };
   std::string state{};
   bool armed = false;
   std::string reason{};
@@ -92,7 +93,7 @@ struct StreamStatus {
   LastMinute last_minute{};
   Percentiles turnaround_us{};
   Percentiles compute_us{};
-  std::optional<Scheduling> scheduling{};
+  std::optional<StreamScheduling> scheduling{};
 };
 void layout(Io& io, StreamStatus& x);
 
