@@ -37,6 +37,7 @@
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/rpc/events.hpp"
 
 namespace truepose::daemon {
 
@@ -174,7 +175,7 @@ class Daemon {
     if (!outlives_its_terminal()) signals_.add(SIGHUP);
     web_ = start_web();
     read_log([this](LogLevel level, std::string_view line) {
-      events_.publish(control::Topic::Log, boost::json::object{{"level", name(level)}, {"text", line}},
+      events_.publish(rpc::LogLine{.level = std::string{name(level)}, .text = std::string{line}},
                       level == LogLevel::Info ? Keep::Passing : Keep::Lasting);
     });
   }

@@ -327,7 +327,7 @@ void ModelService::publish(const char* change, const ModelRecord& record, const 
   log_info("model " + record.id + " " + change);
   rpc::ModelChanged changed{.change = change, .model = summary_of(record)};
   if (!by.empty()) changed.by = by;
-  parts_.events.publish(control::Topic::Model, record::to_json(changed));
+  parts_.events.publish(changed);
 }
 
 std::optional<rpc::ModelSummary> ModelService::active_summary() const {

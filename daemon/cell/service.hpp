@@ -18,12 +18,12 @@
 #include "config/cell_config.hpp"
 #include "daemon/campaign/store_journal.hpp"
 #include "daemon/control/event_bus.hpp"
+#include "daemon/control/served.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/store/store.hpp"
 #include "daemon/threads/worker.hpp"
 #include "proto/control/param_reader.hpp"
-#include "proto/rpc/params.hpp"
 
 namespace truepose::daemon {
 
@@ -43,48 +43,6 @@ struct CellParts {
   Worker& recorder_thread;
   StoreJournal::WallClock wall_clock;
   std::function<drivers::Scheduling()> realtime_thread{};  ///< how it runs now; empty: there is none
-};
-
-using MethodResult = std::expected<boost::json::value, control::RpcError>;
-using MethodReply = boost::asio::awaitable<MethodResult>;
-
-/// The answer to a request, a record.
-template <rpc::Request R>
-using Answer = std::expected<typename R::Result, control::RpcError>;
-template <rpc::Request R>
-using Reply = boost::asio::awaitable<Answer<R>>;
-
-/// Reads a request from parameters, has it carried out, and writes the answer.
-template <rpc::Request R>
-MethodReply replied(boost::json::object params, std::function<Reply<R>(R)> carry_out) {
-  auto request = rpc::read_params<R>(params);
-  if (!request) co_return std::unexpected(request.error());
-  auto answer = co_await carry_out(*std::move(request));
-  if (!answer) co_return std::unexpected(answer.error());
-  co_return record::to_json(*answer);
-}
-
-/// A request of the control protocol and who carries it out. Some want to know by whom it was sent.
-template <typename Service>
-struct Served {
-  template <rpc::Request R>
-  Served(Reply<R> (Service::*member)(R))  // NOLINT: a list of members is a list of these
-      : name{R::method().name},
-        carry_out{[member](Service& service, boost::json::object params, std::string) {
-          return replied<R>(std::move(params),
-                            [&service, member](R request) { return (service.*member)(std::move(request)); });
-        }} {}
-  template <rpc::Request R>
-  Served(Reply<R> (Service::*member)(R, std::string))
-      : name{R::method().name},
-        carry_out{[member](Service& service, boost::json::object params, std::string by) {
-          return replied<R>(std::move(params), [&service, member, by = std::move(by)](R request) {
-            return (service.*member)(std::move(request), by);
-          });
-        }} {}
-
-  std::string_view name;
-  std::function<MethodReply(Service&, boost::json::object params, std::string by)> carry_out;
 };
 
 /// One method of the control protocol, as openrpc.json describes it, and who carries it out. Some want to

@@ -4,6 +4,7 @@
 #include <array>
 #include <boost/asio/error.hpp>
 #include <boost/system/system_error.hpp>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -11,9 +12,8 @@
 #include "daemon/store/audit_witness.hpp"
 #include "daemon/threads/worker.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/control/param_reader.hpp"
-#include "proto/control/schema.hpp"
-#include "proto/text/device_text.hpp"
+#include "proto/rpc/events.hpp"
+#include "proto/rpc/methods.hpp"
 #include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
@@ -23,23 +23,16 @@ namespace {
 namespace asio = boost::asio;
 namespace json = boost::json;
 using control::ErrorCode;
-using control::ParamReader;
 using control::RpcError;
 
 json::string text_value(std::string_view text) { return json::string(text.data(), text.size()); }
 
-/// Takes the member command_id away, since no method knows it.
-std::expected<std::optional<std::string>, RpcError> take_command_id(json::object& params) {
-  json::object its_own;
-  if (const json::value* const given = params.if_contains("command_id")) its_own["command_id"] = *given;
-  ParamReader read{its_own};
-  auto id = read.id("command_id");
-  if (auto error = read.finish()) return std::unexpected(*error);
-  params.erase("command_id");
-  return id;
-}
+bool is_of_control(std::string_view method) { return method.starts_with("control."); }
 
-constexpr const char* kAcknowledgeAudit = "audit.acknowledge";
+bool is_always_carried_out(std::string_view method) {
+  const rpc::Method* const known = rpc::method_named(method);
+  return known && known->is_always_carried_out;
+}
 
 /// Of what such a command leaves in the store the audit trail has to know.
 bool changes_store(std::string_view method) {
@@ -61,21 +54,26 @@ std::string command_text(std::string_view method, const json::value& params) {
   return std::string{method} + control::json_text(params);
 }
 
+/// Records of the trail, newest first.
+std::expected<std::vector<rpc::AuditRecord>, std::string> records_of(AuditTrail& audit, std::uint64_t before,
+                                                                     std::size_t limit) {
+  auto found = audit.records(before, limit);
+  if (!found) return std::unexpected(found.error());
+  return record::from_json<std::vector<rpc::AuditRecord>>(*std::move(found), "records");
+}
+
 /// The answer to a numbered command of before a restart that comes again; none where it was refused, so that
 /// it may well be carried out now.
 /// @param end  the record of what became of it; null: there is none
-std::optional<Commands::Result> answer_again(const json::object* end) {
-  const auto unknown = [](const char* what) {
-    return std::unexpected(
-        RpcError{ErrorCode::InvalidParams,
-                 std::string{"params.command_id: the daemon was restarted since it came first: "} + what +
-                     "; see cell.status, and give what is still to be done another command_id",
-                 "params.command_id"});
+std::optional<Commands::Result> answer_again(const rpc::AuditRecord* end) {
+  const auto unknown = [](const std::string& what) {
+    return rpc::refused("command_id", "the daemon was restarted since it came first: " + what +
+                                          "; see cell.status, and give what is still to be done another "
+                                          "command_id");
   };
   if (end == nullptr) return unknown("whether it was carried out is not known");
-  if (end->at("result") != "ok") return std::nullopt;
-  const json::value* const answer = end->if_contains("answer");
-  if (answer) return *answer;
+  if (end->result != "ok") return std::nullopt;
+  if (end->answer) return *end->answer;
   return unknown("it was carried out, and the answer is not kept");
 }
 
@@ -83,11 +81,10 @@ std::string symbol_of(const Commands::Result& result) {
   return result ? "ok" : std::string{control::symbol(result.error().code)};
 }
 
-json::value value_of(const ControlLease::Holder& holder, drivers::TimePoint now) {
-  const auto left = std::chrono::ceil<std::chrono::seconds>(holder.end() - now);
-  return {{"holder", holder.who.name},
-          {"role", text_value(control::name(holder.who.role))},
-          {"left_s", left.count()}};
+rpc::Control control_record(const ControlLease::Holder& holder, drivers::TimePoint now) {
+  return {.holder = holder.who.name,
+          .role = holder.who.role,
+          .left_s = std::chrono::ceil<std::chrono::seconds>(holder.end() - now)};
 }
 
 }  // namespace
@@ -110,28 +107,26 @@ void Commands::remember() {
   constexpr std::uint64_t kMostRecords = 10'000;
   if (!audit_) return;
   const drivers::TimePoint now = parts_.clock.now();
-  std::map<std::int64_t, json::object> ends;  // by the numbers of their commands, which stand before them
+  // By the numbers of their commands, which stand before them.
+  std::map<std::uint64_t, rpc::AuditRecord> ends;
   std::set<std::pair<std::string, std::string>> seen;
   std::uint64_t before = audit_->count() + 1;
   const std::uint64_t last = before - std::min(before, kMostRecords);
-  for (auto page = audit_->records(before, kPage); page && !page->empty();
-       page = audit_->records(before, kPage)) {
-    for (const json::value& each : *page) {
-      const json::object& record = each.as_object();
-      const std::int64_t n = record.at("n").as_int64();
-      before = static_cast<std::uint64_t>(n);
+  for (auto page = records_of(*audit_, before, kPage); page && !page->empty();
+       page = records_of(*audit_, before, kPage)) {
+    for (const rpc::AuditRecord& each : *page) {
+      before = each.n;
       if (before <= last || seen.size() == CommandMemory::kMost) return;
-      if (const json::value* const of = record.if_contains("of")) ends[of->as_int64()] = record;
-      const json::value* const id = record.if_contains("command_id");
-      if (!id) continue;
-      const std::string who{record.at("who").as_string()}, name{id->as_string()};
+      if (each.of) ends[*each.of] = each;
+      if (!each.command_id) continue;
+      const std::string who = each.who.value(), id = *each.command_id;
       // What became of the last one of an id is what holds.
-      if (!seen.emplace(who, name).second) continue;
-      const auto end = ends.find(n);
+      if (!seen.emplace(who, id).second) continue;
+      const auto end = ends.find(each.n);
       auto answer = answer_again(end == ends.end() ? nullptr : &end->second);
       if (!answer) continue;
-      std::string text = command_text(record.at("method").as_string(), record.at("params"));
-      CommandMemory::end(*memory_.begin(who, name, std::move(text), now, executor_), *std::move(answer));
+      std::string text = command_text(each.method.value(), each.params.value());
+      CommandMemory::end(*memory_.begin(who, id, std::move(text), now, executor_), *std::move(answer));
     }
   }
 }
@@ -178,48 +173,41 @@ asio::awaitable<void> Commands::bear_witness() {
   parts_.note("audit trail: " + std::to_string(end.count) + " records, head " + end.hash);
 }
 
-void Commands::tell(const char* change, const std::string& by, json::object more) {
-  more["change"] = change;
-  more["by"] = by;
-  parts_.events.publish(control::Topic::Control, more);
-}
-
 asio::awaitable<Commands::Result> Commands::carry_out(Caller caller, std::string from,
                                                       control::Request request) {
-  const auto id = take_command_id(request.params);
-  if (!id) co_return std::unexpected(id.error());
-  if (!*id) {
+  const auto taken = rpc::take_params<rpc::CommandId>(request.params);
+  if (!taken) co_return std::unexpected(taken.error());
+  if (!taken->command_id) {
     Outcome outcome = co_await once(std::move(caller), std::move(from), std::move(request));
     co_return std::move(outcome.result);
   }
   const drivers::TimePoint now = parts_.clock.now();
+  const std::string id = *taken->command_id;
   std::string text = command_text(request.method, audited_params(request.params));
-  if (const auto known = memory_.find(caller.name, **id, now)) {
-    if (known->text != text)
-      co_return std::unexpected(RpcError{
-          ErrorCode::InvalidParams, "params.command_id: was given to another command", "params.command_id"});
+  if (const auto known = memory_.find(caller.name, id, now)) {
+    if (known->text != text) co_return rpc::refused("command_id", "was given to another command");
     while (!known->result) co_await known->ended.wait();
     co_return *known->result;
   }
-  const auto command = memory_.begin(caller.name, **id, std::move(text), now, executor_);
+  const auto command = memory_.begin(caller.name, id, std::move(text), now, executor_);
   const std::string name = caller.name;
-  Outcome outcome = co_await once(std::move(caller), std::move(from), std::move(request), **id);
+  Outcome outcome = co_await once(std::move(caller), std::move(from), std::move(request), id);
   CommandMemory::end(*command, outcome.result);
-  if (!outcome.carried_out) memory_.forget(name, **id);
+  if (!outcome.carried_out) memory_.forget(name, id);
   co_return std::move(outcome.result);
 }
 
 asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string from, control::Request request,
                                                   std::string id) {
   co_await look();
-  const bool of_audit = request.method == kAcknowledgeAudit;
-  const bool of_cell = !of_audit && !request.method.starts_with("control.");
-  if (of_cell && !control::is_always_carried_out(request.method)) {
+  const bool of_audit = rpc::is_of<rpc::AuditAcknowledge>(request.method);
+  const bool of_cell = !of_audit && !is_of_control(request.method);
+  if (of_cell && !is_always_carried_out(request.method)) {
     auto refused = lease_.refusal(caller, parts_.clock.now());
     if (refused) co_return Outcome{std::unexpected(*std::move(refused))};
   }
   // A panel renews its control every few seconds for months, which commands nothing and changes no hands.
-  const bool renews = !of_cell && !of_audit && request.method != "control.release" &&
+  const bool renews = !of_cell && !of_audit && !rpc::is_of<rpc::ControlRelease>(request.method) &&
                       lease_.is_held_by(caller, parts_.clock.now());
   if (renews) co_return Outcome{change_control(caller, request), true};
   json::object command{{"who", caller.name},
@@ -240,14 +228,11 @@ asio::awaitable<Commands::Outcome> Commands::once(Caller caller, std::string fro
 // Before anything is put on record the files are put in their places.
 asio::awaitable<Commands::Outcome> Commands::acknowledge_audit(json::object command,
                                                                const control::Request& request) {
-  const auto refused = [](ErrorCode code, std::string why, std::string param = {}) {
-    return Outcome{std::unexpected(RpcError{code, std::move(why), std::move(param)})};
+  const auto refused = [](ErrorCode code, std::string why) {
+    return Outcome{std::unexpected(RpcError{code, std::move(why)})};
   };
-  ParamReader read{request.params};
-  const std::string name = read.required(read.text("name", 64), "name");
-  if (auto error = read.finish()) co_return Outcome{std::unexpected(*error)};
-  if (text::device_text(name) != name || name.empty())
-    co_return refused(ErrorCode::InvalidParams, "params.name: expected your name", "params.name");
+  const auto acknowledged = rpc::read_params<rpc::AuditAcknowledge>(request.params);
+  if (!acknowledged) co_return Outcome{std::unexpected(acknowledged.error())};
   if (!audit_) co_return refused(ErrorCode::NotFound, "this daemon keeps no audit trail");
   const std::string time = control::rfc3339(parts_.wall_clock());
   auto job = [this, time]() -> std::expected<std::string, std::string> {
@@ -260,7 +245,9 @@ asio::awaitable<Commands::Outcome> Commands::acknowledge_audit(json::object comm
   const std::string fault = *restored;
   if (fault.empty())
     co_return refused(ErrorCode::WrongState, "nothing is to be acknowledged of the audit trail");
-  Act act = [fault]() -> asio::awaitable<Result> { co_return json::object{{"acknowledged", fault}}; };
+  Act act = [fault]() -> asio::awaitable<Result> {
+    co_return record::to_json(rpc::AuditAcknowledge::Result{.acknowledged = fault});
+  };
   Outcome outcome = co_await on_record(std::move(command), std::move(act));
   auto acknowledge = [this] { audit_->acknowledge(); };
   co_await parts_.worker.run(acknowledge);
@@ -271,7 +258,7 @@ asio::awaitable<Commands::Outcome> Commands::acknowledge_audit(json::object comm
 asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act act) {
   const std::string method{command.at("method").as_string()}, by{command.at("who").as_string()};
   const bool may_come_again = command.contains("command_id");
-  const bool must_be_on_record = !control::is_always_carried_out(method);
+  const bool must_be_on_record = !is_always_carried_out(method);
   const auto asked = co_await write_down(std::move(command), must_be_on_record);
   if (!asked)
     co_return Outcome{std::unexpected(RpcError{
@@ -287,13 +274,14 @@ asio::awaitable<Commands::Outcome> Commands::on_record(json::object command, Act
   const auto ended = co_await write_down(std::move(record), false);
   static_cast<void>(ended);  // it is done
   if (changes_store(method)) co_await bear_witness();
-  if (!method.starts_with("control."))
-    tell("command", by, {{"method", method}, {"result", symbol_of(result)}});
+  if (!is_of_control(method))
+    parts_.events.publish(
+        rpc::ControlChanged{.change = "command", .by = by, .method = method, .result = symbol_of(result)});
   co_return Outcome{std::move(result), true};
 }
 
 asio::awaitable<Commands::Result> Commands::act(Caller caller, control::Request request) {
-  if (request.method.starts_with("control.")) co_return change_control(caller, request);
+  if (is_of_control(request.method)) co_return change_control(caller, request);
   if (request.method == "cell.acknowledge" && audit_) {
     auto job = [this] { return audit_->in_place(); };
     const auto there = co_await parts_.worker.ask(job);
@@ -327,48 +315,59 @@ asio::awaitable<Commands::Result> Commands::result_of(std::string method, asio::
   co_return std::unexpected(RpcError{ErrorCode::Internal, method + " failed unexpectedly: " + failure});
 }
 
+std::vector<std::string_view> Commands::own_methods() {
+  return {rpc::ControlAcquire::method().name, rpc::ControlTakeover::method().name,
+          rpc::ControlRelease::method().name, rpc::AuditAcknowledge::method().name};
+}
+
 Commands::Result Commands::change_control(const Caller& caller, const control::Request& request) {
+  const bool releases = rpc::is_of<rpc::ControlRelease>(request.method);
+  const auto control = releases ? release(caller, request.params) : take(caller, request);
+  if (!control) return std::unexpected(control.error());
+  return record::to_json(*control);
+}
+
+Answer<rpc::ControlRelease> Commands::release(const Caller& caller, const json::object& params) {
+  const auto read = rpc::read_params<rpc::ControlRelease>(params);
+  if (!read) return std::unexpected(read.error());
+  if (lease_.release(caller, parts_.clock.now()))
+    parts_.events.publish(rpc::ControlChanged{.change = "released", .by = caller.name});
+  return who_has_control();
+}
+
+Answer<rpc::ControlAcquire> Commands::take(const Caller& caller, const control::Request& request) {
+  const auto asked = rpc::read_params<rpc::ControlAcquire>(request.params);
+  if (!asked) return std::unexpected(asked.error());
   const drivers::TimePoint now = parts_.clock.now();
-  ParamReader read{request.params};
-  if (request.method == "control.release") {
-    if (auto error = read.finish()) return std::unexpected(*error);
-    const bool released = lease_.release(caller, now);
-    if (released) tell("released", caller.name, {});
-    return who_has_control({});
-  }
-  const auto given = read.integer("lease_s", ControlLease::kShortest.count(), ControlLease::kLongest.count());
-  const auto time = given ? std::chrono::seconds{*given} : ControlLease::kUsual;
-  if (auto error = read.finish()) return std::unexpected(*error);
-  const bool by_force = request.method == "control.takeover";
+  const auto time = asked->lease_s.value_or(ControlLease::kUsual);
+  const bool by_force = rpc::is_of<rpc::ControlTakeover>(request.method);
   const auto before = lease_.holder(now);
   const auto taken = by_force ? lease_.take_over(caller, time, now) : lease_.acquire(caller, time, now);
   if (!taken) return std::unexpected(taken.error());
   see_connections();  // his may have ended while the command was put on record
-  if (!before) tell("acquired", caller.name, {});
+  if (!before) parts_.events.publish(rpc::ControlChanged{.change = "acquired", .by = caller.name});
   if (before && before->who.name != caller.name)
-    tell("taken-over", caller.name, {{"from", before->who.name}});
-  return value_of(*taken, now);
+    parts_.events.publish(
+        rpc::ControlChanged{.change = "taken-over", .by = caller.name, .from = before->who.name});
+  return control_record(*taken, now);
 }
 
-Commands::Result Commands::who_has_control(const json::object& params) const {
-  ParamReader read{params};
-  if (auto error = read.finish()) return std::unexpected(*error);
+rpc::Control Commands::who_has_control() const {
   const drivers::TimePoint now = parts_.clock.now();
   const auto held = lease_.holder(now);
-  return held ? value_of(*held, now) : json::value{{"holder", nullptr}};
+  return held ? control_record(*held, now) : rpc::Control{};
 }
 
-asio::awaitable<Commands::Result> Commands::records(json::object params) {
-  constexpr std::int64_t kMost = 200, kUsual = 50, kNoBound = std::int64_t{1} << 53;
-  ParamReader read{params};
-  const auto limit = static_cast<std::size_t>(read.integer("limit", 1, kMost).value_or(kUsual));
-  const auto before = static_cast<std::uint64_t>(read.integer("before", 1, kNoBound).value_or(kNoBound));
-  if (auto error = read.finish()) co_return std::unexpected(*error);
-  if (!audit_) co_return json::object{{"records", json::array{}}};
-  auto job = [this, before, limit] { return audit_->records(before, limit); };
+Reply<rpc::AuditList> Commands::records(rpc::AuditList request) {
+  constexpr std::size_t kUsual = 50;
+  constexpr auto kNoBound = std::numeric_limits<std::uint64_t>::max();
+  if (!audit_) co_return rpc::AuditList::Result{};
+  auto job = [this, before = request.before.value_or(kNoBound), limit = request.limit.value_or(kUsual)] {
+    return records_of(*audit_, before, limit);
+  };
   auto found = co_await parts_.worker.ask(job);
   if (!found) co_return std::unexpected(RpcError{ErrorCode::Internal, found.error()});
-  co_return json::object{{"records", *std::move(found)}};
+  co_return rpc::AuditList::Result{*std::move(found)};
 }
 
 asio::awaitable<void> Commands::look() {
@@ -382,7 +381,7 @@ asio::awaitable<void> Commands::look() {
   const auto lost = lease_.lost(parts_.clock.now(), presence_.is_known);
   if (!lost) co_return;
   parts_.warn("control: " + lost->why);
-  tell("lost", lost->name, {});
+  parts_.events.publish(rpc::ControlChanged{.change = "lost", .by = lost->name});
   json::object command{{"who", daemon},
                        {"role", text_value(control::name(control::Role::Admin))},
                        {"from", "control of " + lost->name + " was lost"},

@@ -7,13 +7,17 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "daemon/control/audit_trail.hpp"
 #include "daemon/control/caller.hpp"
 #include "daemon/control/command_memory.hpp"
 #include "daemon/control/control_lease.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/control/served.hpp"
 #include "proto/control/request.hpp"
+#include "proto/rpc/control.hpp"
 
 namespace truepose::daemon {
 
@@ -40,9 +44,10 @@ class Commands {
   /// Calls the cell. What it throws becomes an error, but for the end of the server.
   boost::asio::awaitable<Result> call_cell(std::string method, boost::json::object params, std::string by);
 
-  /// control.get and audit.list.
-  Result who_has_control(const boost::json::object& params) const;
-  boost::asio::awaitable<Result> records(boost::json::object params);
+  /// Methods of the server that are commands.
+  static std::vector<std::string_view> own_methods();
+  rpc::Control who_has_control() const;
+  Reply<rpc::AuditList> records(rpc::AuditList request);
 
   /// Writes down what is owed to the audit trail, sees that its files are in their places, and whether
   /// control was lost: then the campaign under way is paused. Each command looks first.
@@ -74,6 +79,8 @@ class Commands {
   boost::asio::awaitable<Result> act(Caller caller, control::Request request);
   boost::asio::awaitable<Result> result_of(std::string method, boost::asio::awaitable<Result> call);
   Result change_control(const Caller& caller, const control::Request& request);
+  Answer<rpc::ControlRelease> release(const Caller& caller, const boost::json::object& params);
+  Answer<rpc::ControlAcquire> take(const Caller& caller, const control::Request& request);
   /// @param must_be  on the disk, else nothing of it is kept. @return the number of the record
   boost::asio::awaitable<std::expected<std::uint64_t, std::string>> write_down(boost::json::object record,
                                                                                bool must_be);
@@ -82,7 +89,6 @@ class Commands {
   void show_audit_fault(const std::string& fault);
   boost::asio::awaitable<Outcome> acknowledge_audit(boost::json::object command,
                                                     const control::Request& request);
-  void tell(const char* change, const std::string& by, boost::json::object more);
 
   ControlServerParts& parts_;
   boost::asio::any_io_executor executor_;

@@ -18,7 +18,7 @@ namespace truepose::daemon {
 /// caller is known by its name: a panel that comes back continues. Pure: time is given.
 class ControlLease {
  public:
-  static constexpr std::chrono::seconds kShortest{5}, kLongest{60}, kUsual{30};
+  static constexpr std::chrono::seconds kUsual{30};
   static constexpr std::chrono::seconds kUnconnected{10};  ///< for which it is kept without a connection
 
   struct Holder {

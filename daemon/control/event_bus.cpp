@@ -1,7 +1,6 @@
 #include "daemon/control/event_bus.hpp"
 
 #include <algorithm>
-#include <boost/json/value.hpp>
 #include <utility>
 
 #include "proto/control/json_text.hpp"

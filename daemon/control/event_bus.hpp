@@ -1,6 +1,6 @@
 #pragma once
 
-#include <boost/json/fwd.hpp>
+#include <boost/json/value.hpp>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -15,6 +15,8 @@
 
 #include "daemon/store/event_archive.hpp"
 #include "proto/control/request.hpp"
+#include "proto/record/json_io.hpp"
+#include "proto/rpc/method.hpp"
 
 namespace truepose::daemon {
 
@@ -51,6 +53,9 @@ class EventBus {
 
   /// Publishes from any thread. `data` is an object as openrpc.json describes it for the topic.
   void publish(control::Topic topic, const boost::json::value& data, Keep keep = Keep::Lasting);
+  void publish(const rpc::Event auto& event, Keep keep = Keep::Lasting) {
+    publish(event.kTopic, record::to_json(event), keep);
+  }
   /// The store has reserved the numbers below `end` as well.
   void extend(std::uint64_t end);
 

@@ -16,16 +16,24 @@ namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 
-json::object Jobs::Job::json() const {
-  json::object job{{"id", id},
-                   {"method", method},
-                   {"state", !result   ? "running"
-                             : *result ? "done"
-                                       : "failed"},
-                   {"doing", doing},
-                   {"started", control::rfc3339(started)},
-                   {"ended", result ? json::value(control::rfc3339(ended)) : json::value{}}};
-  if (result && !*result) job["error"] = control::error_json(result->error());
+namespace {
+
+rpc::JobError error_record(const RpcError& error) {
+  json::object written = control::error_json(error);
+  return {.code = static_cast<int>(error.code),
+          .message = error.message,
+          .data = std::move(written.at("data").as_object())};
+}
+
+}  // namespace
+
+rpc::Job Jobs::Job::record() const {
+  rpc::Job job{
+      .id = id, .method = method, .state = "running", .doing = doing, .started = control::rfc3339(started)};
+  if (!result) return job;
+  job.state = *result ? "done" : "failed";
+  job.ended = control::rfc3339(ended);
+  if (!*result) job.error = error_record(result->error());
   return job;
 }
 
@@ -44,13 +52,13 @@ std::expected<std::string, RpcError> Jobs::begin(std::string method, std::string
   return id;
 }
 
-std::optional<json::object> Jobs::find(const std::string& id, const std::string& by) {
+std::optional<rpc::Job> Jobs::find(const std::string& id, const std::string& by) {
   forget_old();
   const auto found = jobs_.find(id);
   if (found == jobs_.end() || found->second->by != by) return std::nullopt;
   const Job& job = *found->second;
-  json::object known = job.json();
-  if (job.result && *job.result) known["result"] = **job.result;
+  rpc::Job known = job.record();
+  if (job.result && *job.result) known.result = **job.result;
   return known;
 }
 
@@ -69,7 +77,7 @@ asio::awaitable<void> Jobs::finish(Kept job, Call call) {
   job->doing.clear();
   job->ended = parts_.wall_clock();
   job->forgotten_from = parts_.clock.now() + kKept;
-  job->tell(job->json());
+  job->tell(job->record());
 }
 
 asio::awaitable<void> Jobs::follow(Kept job) {
@@ -77,7 +85,7 @@ asio::awaitable<void> Jobs::follow(Kept job) {
     std::string doing = parts_.cell.doing();
     if (doing != job->doing) {
       job->doing = std::move(doing);
-      job->tell(job->json());
+      job->tell(job->record());
     }
     const drivers::TimePoint next = parts_.clock.now() + kLook;
     co_await parts_.clock.sleep_until(next);

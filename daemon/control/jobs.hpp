@@ -3,7 +3,6 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/cancellation_signal.hpp>
-#include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <chrono>
 #include <cstddef>
@@ -16,6 +15,7 @@
 
 #include "daemon/control/control_server.hpp"
 #include "proto/control/request.hpp"
+#include "proto/rpc/session.hpp"
 
 namespace truepose::daemon {
 
@@ -30,7 +30,7 @@ class Jobs {
 
   using Result = std::expected<boost::json::value, control::RpcError>;
   using Call = std::function<boost::asio::awaitable<Result>()>;
-  using Tell = std::function<void(const boost::json::object& job)>;
+  using Tell = std::function<void(const rpc::Job& job)>;
 
   Jobs(const ControlServerParts& parts, boost::asio::any_io_executor executor)
       : parts_{parts}, executor_{std::move(executor)} {}
@@ -40,8 +40,8 @@ class Jobs {
   /// @return its number; or that too many are under way
   std::expected<std::string, control::RpcError> begin(std::string method, std::string by, Call call,
                                                       Tell tell);
-  /// The job with its result or error, as openrpc.json has it; none where the caller has none of that number.
-  std::optional<boost::json::object> find(const std::string& id, const std::string& by);
+  /// The job with its result or error; none where the caller has none of that number.
+  std::optional<rpc::Job> find(const std::string& id, const std::string& by);
   /// Cancels those under way. They end within the loop's next turns.
   void stop();
 
@@ -56,7 +56,8 @@ class Jobs {
     drivers::TimePoint forgotten_from{};  ///< once it has ended
     boost::asio::cancellation_signal cancel{};
 
-    boost::json::object json() const;
+    /// Without its result.
+    rpc::Job record() const;
   };
   using Kept = std::shared_ptr<Job>;
 

@@ -195,10 +195,9 @@ asio::awaitable<void> Session::serve(std::string line) {
   Result result;
   if (authenticated()) {
     result = co_await call(std::move(*request));
-  } else if (request->method == "session.hello") {
-    result = co_await hello(std::move(request->params));
-  } else if (request->method == "session.challenge") {
-    result = challenge(request->params);
+  } else if (opens_session(request->method)) {
+    auto answering = answered(request->method)->carry_out(*this, std::move(request->params), caller_.name);
+    result = co_await std::move(answering);
   } else {
     result = std::unexpected(RpcError{ErrorCode::Unauthenticated, "the first request must be session.hello"});
   }
@@ -209,7 +208,7 @@ asio::awaitable<void> Session::serve(std::string line) {
         id, {ErrorCode::Internal, "the answer has " + std::to_string(reply.size()) +
                                       " bytes, more than a line may have; ask for less"});
   send(std::move(reply));
-  if (!authenticated() && !(result && request->method == "session.challenge")) finishing_ = true;
+  if (!authenticated() && !(result && rpc::is_of<rpc::SessionChallenge>(request->method))) finishing_ = true;
   // A client that asks without reading the answers waits, rather than filling our memory.
   while (!outgoing_.empty() && !finishing_) co_await drained_.wait();
 }

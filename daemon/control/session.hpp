@@ -9,6 +9,8 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "daemon/control/admission.hpp"
 #include "daemon/control/caller.hpp"
@@ -16,11 +18,15 @@
 #include "daemon/control/connection.hpp"
 #include "daemon/control/control_server.hpp"
 #include "daemon/control/jobs.hpp"
+#include "daemon/control/served.hpp"
 #include "daemon/control/tls_identity.hpp"
 #include "drivers/condition.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/request.hpp"
 #include "proto/control/session_proof.hpp"
+#include "proto/rpc/control.hpp"
+#include "proto/rpc/events.hpp"
+#include "proto/rpc/session.hpp"
 
 namespace truepose::daemon {
 
@@ -65,7 +71,7 @@ class Session : public std::enable_shared_from_this<Session> {
   };
   using Result = std::expected<boost::json::value, control::RpcError>;
 
-  /// Methods that sessions answer themselves.
+  /// Methods of the server: those that sessions answer themselves, and commands.
   static const std::set<std::string, std::less<>>& own_methods();
 
   Session(std::unique_ptr<Connection> connection, Peer peer, std::shared_ptr<SessionContext> context);
@@ -93,29 +99,36 @@ class Session : public std::enable_shared_from_this<Session> {
   boost::asio::awaitable<void> write_lines();
   /// One read with a deadline. @return bytes read; 0 when the client or the time is gone
   boost::asio::awaitable<std::size_t> read_some(std::optional<drivers::TimePoint> deadline);
+  /// Whether a method is for before the session is open.
+  static bool opens_session(std::string_view method);
+  static const std::vector<Served<Session>>& answered();
+  /// One of those; null: sessions do not answer it themselves.
+  static const Served<Session>* answered(std::string_view method);
   boost::asio::awaitable<void> serve(std::string line);
   boost::asio::awaitable<Result> call(control::Request request);
 
   /// Says who serves, before anything is asked.
   void greet();
-  Result challenge(const boost::json::object& params);
-  boost::asio::awaitable<Result> hello(boost::json::object params);
+  Reply<rpc::SessionChallenge> challenge(rpc::SessionChallenge);
+  Reply<rpc::SessionHello> hello(rpc::SessionHello request);
   /// Whose hello it is.
-  Admission::Known caller_of(const std::optional<std::string>& token,
-                             const std::optional<std::string>& proof) const;
+  Admission::Known caller_of(const rpc::SessionHello& hello) const;
   /// Why the caller may not call the method.
   std::optional<control::RpcError> forbidden(const std::string& method) const;
   /// What stands in the way of one more session of this peer.
   std::optional<control::RpcError> no_room() const;
   bool authenticated() const { return stage_ == Stage::Open; }
-  Result system_info(const boost::json::object& params) const;
-  Result ping(const boost::json::object& params) const;
+  Reply<rpc::SystemInfo> system_info(rpc::SystemInfo);
+  Reply<rpc::SessionPing> ping(rpc::SessionPing);
   /// Answers with the number under which the call continues.
   Result begin_job(control::Request request);
-  Result job(const boost::json::object& params) const;
-  boost::asio::awaitable<Result> subscribe(boost::json::object params);
+  Reply<rpc::JobGet> job(rpc::JobGet request);
+  Reply<rpc::Discover> discover(rpc::Discover request);
+  Reply<rpc::ControlGet> who_has_control(rpc::ControlGet);
+  Reply<rpc::AuditList> audit_records(rpc::AuditList request);
+  Reply<rpc::EventsSubscribe> subscribe(rpc::EventsSubscribe request);
   boost::asio::awaitable<StoreResult<std::vector<EventGap>>> gaps_behind(std::uint64_t last_seen);
-  Result unsubscribe(const boost::json::object& params);
+  Reply<rpc::EventsUnsubscribe> unsubscribe(rpc::EventsUnsubscribe);
 
   std::optional<drivers::TimePoint> deadline() const;
   void see_events();

@@ -1,13 +1,10 @@
 #include "proto/control/schema.hpp"
 
 #include <boost/json/parse.hpp>
-#include <map>
 
 namespace truepose::control {
 
 namespace {
-
-using Roles = std::map<std::string, Role, std::less<>>;
 
 const boost::json::value& document() {
   static const boost::json::value kDocument = [] {
@@ -33,18 +30,6 @@ boost::json::value outline_of(const boost::json::value& part) {
   return left;
 }
 
-Roles read_roles() {
-  Roles roles;
-  for (const auto& method : document().at("methods").as_array())
-    roles[method.at("name").as_string().c_str()] = value_of(kRoles, method.at("x-role").as_string().c_str());
-  return roles;
-}
-
-const Roles& roles() {
-  static const Roles kRolesOfMethods = read_roles();
-  return kRolesOfMethods;
-}
-
 }  // namespace
 
 const boost::json::value& openrpc_outline() {
@@ -56,23 +41,6 @@ const boost::json::value* openrpc_method(std::string_view name) {
   for (const auto& method : document().at("methods").as_array())
     if (method.at("name").as_string() == boost::json::string_view{name.data(), name.size()}) return &method;
   return nullptr;
-}
-
-std::vector<std::string> schema_methods() {
-  std::vector<std::string> names;
-  for (const auto& [name, role] : roles()) names.push_back(name);
-  return names;
-}
-
-bool is_always_carried_out(std::string_view method) {
-  const boost::json::value* const known = openrpc_method(method);
-  return known && known->as_object().contains("x-always");
-}
-
-std::optional<Role> role_of(std::string_view method) {
-  const auto found = roles().find(method);
-  if (found == roles().end()) return std::nullopt;
-  return found->second;
 }
 
 }  // namespace truepose::control

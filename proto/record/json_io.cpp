@@ -155,6 +155,7 @@ class JsonReader final : public Io {
     x = value().is_double() ? range.min : value().to_number<std::int64_t>(inexact);
     if (!value().is_double() && !inexact && x >= range.min && x <= range.max) return;
     constexpr Whole kEvery;
+    if (range.min == range.max) fail_expected(std::to_string(range.min));
     fail_expected("a whole number" + within(std::to_string(range.min), std::to_string(range.max),
                                             range.min > kEvery.min, range.max < kEvery.max));
   }

@@ -15,6 +15,8 @@
 namespace truepose::rpc {
 
 struct CampaignProgress {
+  static constexpr auto kTopic = control::Topic::Campaign;
+
   std::string id{};
   std::string kind{};
   std::string phase{};

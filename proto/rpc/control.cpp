@@ -1,15 +1,29 @@
 #include "proto/rpc/control.hpp"
 
+#include "proto/text/device_text.hpp"
+
 namespace truepose::rpc {
 
 using record::kLargeCount, record::Size, record::Whole;
 
+namespace {
+
+struct PersonName {
+  std::string_view fault(const std::string& name) const {
+    return text::device_text(name) == name ? "" : "expected your name";
+  }
+};
+
+}  // namespace
+
 void layout(Io& io, Control& x) {
   io.record("Control");
   io.about("The client that has control; null: none").nullable("holder", x.holder);
-  io.optional("role", x.role);
+  io.optional("role", x.role, control::kRoles);
   io.about("Until it ends unless it is renewed").optional("left_s", x.left_s, kLargeCount);
 }
+
+void layout(Io& io, CommandId& x) { io.optional("command_id", x.command_id, Size{1, 64}); }
 
 void layout(Io& io, AuditRecord& x) {
   io.record("AuditRecord",
@@ -71,10 +85,6 @@ const Method& ControlAcquire::method() {
   return kMethod;
 }
 
-void layout(Io& io, ControlTakeover& x) {
-  io.about("Seconds until it ends unless it is renewed; default 30")
-      .optional("lease_s", x.lease_s, Whole{5, 60});
-}
 const Method& ControlTakeover::method() {
   static const Method kMethod{
       .name = "control.takeover",
@@ -115,7 +125,8 @@ void layout(Io& io, AuditAcknowledge::Result& x) {
   io.about("What was, one phrase")("acknowledged", x.acknowledged);
 }
 void layout(Io& io, AuditAcknowledge& x) {
-  io.about("Of the person who has found out what happened, at most 64 bytes")("name", x.name, Size{1, 64});
+  io.about("Of the person who has found out what happened, at most 64 bytes")("name", x.name, PersonName{},
+                                                                              Size{1, 64});
 }
 const Method& AuditAcknowledge::method() {
   static const Method kMethod{

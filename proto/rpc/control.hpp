@@ -2,6 +2,7 @@
 
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,10 +14,16 @@ namespace truepose::rpc {
 
 struct Control {
   std::optional<std::string> holder{};
-  std::optional<std::string> role{};
-  std::optional<std::int64_t> left_s{};
+  std::optional<Role> role{};
+  std::optional<std::chrono::seconds> left_s{};
 };
 void layout(Io& io, Control& x);
+
+/// What every command takes besides the parameters of its method.
+struct CommandId {
+  std::optional<std::string> command_id{};
+};
+void layout(Io& io, CommandId& x);
 
 /// A command before it is carried out (who, role, from, method, params), or what became of it (of,
 /// result)
@@ -51,18 +58,14 @@ struct ControlAcquire {
   using Result = Control;
   static const Method& method();
 
-  std::optional<int> lease_s{};
+  std::optional<std::chrono::seconds> lease_s{};
 };
 void layout(Io& io, ControlAcquire& x);
 
 /// control.takeover
-struct ControlTakeover {
-  using Result = Control;
+struct ControlTakeover : ControlAcquire {
   static const Method& method();
-
-  std::optional<int> lease_s{};
 };
-void layout(Io& io, ControlTakeover& x);
 
 /// control.release
 struct ControlRelease : NoParameters {
@@ -77,8 +80,8 @@ struct AuditList {
   };
   static const Method& method();
 
-  std::optional<std::int64_t> before{};
-  std::optional<int> limit{};
+  std::optional<std::uint64_t> before{};
+  std::optional<std::size_t> limit{};
 };
 void layout(Io& io, AuditList& x);
 void layout(Io& io, AuditList::Result& x);

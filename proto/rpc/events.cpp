@@ -1,5 +1,7 @@
 #include "proto/rpc/events.hpp"
 
+#include <set>
+
 namespace truepose::rpc {
 
 using record::kCount, record::OneOf;
@@ -26,6 +28,11 @@ void layout(Io& io, EventsSubscribe& x) {
         "Number of the last event seen: what followed and is kept is sent first, in order. 0: all that "
         "is kept")
       .optional("after", x.after);
+}
+void check(const Io& io, const EventsSubscribe& x) {
+  if (!x.topics) return;
+  const std::set<control::Topic> distinct{x.topics->begin(), x.topics->end()};
+  if (distinct.size() != x.topics->size()) io.fail_at("topics", "expected distinct topics");
 }
 const Method& EventsSubscribe::method() {
   static const Method kMethod{

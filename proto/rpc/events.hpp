@@ -32,6 +32,7 @@ struct EventsSubscribe {
   std::optional<std::uint64_t> after{};
 };
 void layout(Io& io, EventsSubscribe& x);
+void check(const Io& io, const EventsSubscribe& x);
 void layout(Io& io, EventsSubscribe::Result& x);
 
 /// events.unsubscribe
@@ -44,6 +45,8 @@ struct EventsUnsubscribe : NoParameters {
 void layout(Io& io, EventsUnsubscribe::Result& x);
 
 struct StateChanged {
+  static constexpr auto kTopic = control::Topic::Cell;
+
   std::optional<std::string> by{};
   std::string state{};
   std::string from{};
@@ -52,6 +55,8 @@ struct StateChanged {
 void layout(Io& io, StateChanged& x);
 
 struct PointMeasured {
+  static constexpr auto kTopic = control::Topic::Measurement;
+
   std::string campaign_id{};
   int pose = 0;
   std::string purpose{};
@@ -66,6 +71,8 @@ struct PointMeasured {
 void layout(Io& io, PointMeasured& x);
 
 struct ModelChanged {
+  static constexpr auto kTopic = control::Topic::Model;
+
   std::optional<std::string> by{};
   std::string change{};
   ModelSummary model{};
@@ -73,18 +80,24 @@ struct ModelChanged {
 void layout(Io& io, ModelChanged& x);
 
 struct FaultChanged {
+  static constexpr auto kTopic = control::Topic::Fault;
+
   Fault fault{};
   bool active = false;
 };
 void layout(Io& io, FaultChanged& x);
 
 struct LogLine {
+  static constexpr auto kTopic = control::Topic::Log;
+
   std::string level{};
   std::string text{};
 };
 void layout(Io& io, LogLine& x);
 
 struct ControlChanged {
+  static constexpr auto kTopic = control::Topic::Control;
+
   std::string change{};
   std::string by{};
   std::optional<std::string> from{};

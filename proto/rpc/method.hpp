@@ -33,9 +33,21 @@ concept Request = requires {
   { T::method() } -> std::same_as<const Method&>;
 };
 
+/// Whether a method has requests of this type.
+template <Request T>
+bool is_of(std::string_view method) {
+  return method == T::method().name;
+}
+
 /// A request that has none.
 struct NoParameters {};
 inline void layout(Io&, NoParameters&) {}
+
+/// The data of an event, which knows its topic.
+template <class T>
+concept Event = requires {
+  { T::kTopic } -> std::convertible_to<control::Topic>;
+};
 
 /// A method, with the layouts of its parameters and of its result.
 struct Described {

@@ -105,16 +105,14 @@ json::object described_method(const Described& described, json::value examples, 
 }
 
 /// The data of each event.
-const std::map<control::Topic, void (*)(Io&)>& events() {
-  using control::Topic;
-  static const std::map<Topic, void (*)(Io&)> kEvents{{Topic::Cell, describe<StateChanged>},
-                                                      {Topic::Campaign, describe<CampaignProgress>},
-                                                      {Topic::Measurement, describe<PointMeasured>},
-                                                      {Topic::Stream, describe<StreamStatus>},
-                                                      {Topic::Model, describe<ModelChanged>},
-                                                      {Topic::Fault, describe<FaultChanged>},
-                                                      {Topic::Log, describe<LogLine>},
-                                                      {Topic::Control, describe<ControlChanged>}};
+using Events = std::map<control::Topic, void (*)(Io&)>;
+template <Event... Data>
+Events events_of() {
+  return {{Data::kTopic, describe<Data>}...};
+}
+const Events& events() {
+  static const Events kEvents = events_of<StateChanged, CampaignProgress, PointMeasured, StreamStatus,
+                                          ModelChanged, FaultChanged, LogLine, ControlChanged>();
   return kEvents;
 }
 
@@ -130,6 +128,19 @@ const std::vector<Described>& methods() {
     return all;
   }();
   return kMethods;
+}
+
+const Method* method_named(std::string_view name) {
+  const auto named = [](const Described& one) { return one.method->name; };
+  const auto found = std::ranges::find(methods(), name, named);
+  return found == methods().end() ? nullptr : found->method;
+}
+
+std::vector<std::string> method_names() {
+  std::vector<std::string> names;
+  for (const Described& one : methods()) names.emplace_back(one.method->name);
+  std::ranges::sort(names);
+  return names;
 }
 
 json::object described_protocol(json::object document) {

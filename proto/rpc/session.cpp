@@ -1,10 +1,22 @@
 #include "proto/rpc/session.hpp"
 
+#include "proto/control/session_proof.hpp"
+
 namespace truepose::rpc {
 
-using record::OneOf, record::Whole;
+using record::OneOf, record::Size, record::Whole;
 
-void layout(Io& io, Job::Error& x) {
+namespace {
+
+struct Nonce {
+  std::string_view fault(const std::string& text) const {
+    return control::is_nonce(text) ? "" : "is 32 digits, 0-9 and a-f";
+  }
+};
+
+}  // namespace
+
+void layout(Io& io, JobError& x) {
   io("code", x.code);
   io("message", x.message);
   io("data", x.data);
@@ -20,6 +32,22 @@ void layout(Io& io, Job& x) {
   io.about("When; null while it runs").nullable("ended", x.ended);
   io.about("Of the method, once it is done; only in answers of job.get").optional("result", x.result);
   io.about("Of the method, where it failed").optional("error", x.error);
+}
+
+void layout(Io& io, AsJob& x) { io.defaulted("job", x.job); }
+void layout(Io& io, JobBegun& x) { io("job", x.job); }
+
+void layout(Io& io, Greeting::Protocol& x) {
+  io("major", x.major);
+  io("minor", x.minor);
+}
+void layout(Io& io, Greeting& x) {
+  io("product", x.product);
+  io("version", x.version);
+  io("protocol", x.protocol);
+  io("cell", x.cell);
+  io("time", x.time);
+  io("auth", x.auth);
 }
 
 void layout(Io& io, SessionChallenge::Result& x) {
@@ -55,12 +83,16 @@ void layout(Io& io, SessionHello& x) {
   io.about("The version that the client speaks")("protocol", x.protocol, Whole{1, 1});
   io.about("Content of the token file, without the newline, or what `truepose access add` printed")
       .optional("token", x.token);
-  io.about("The client's nonce, 32 digits, never used before").optional("nonce", x.nonce);
+  io.about("The client's nonce, 32 digits, never used before").optional("nonce", x.nonce, Nonce{});
   io.about("That the client knows the token").optional("proof", x.proof);
   io.about(
         "Within so many seconds the client asks for something, session.ping at least; left out: 60, and "
         "no limit while events are subscribed to")
       .optional("heartbeat_s", x.heartbeat_s, Whole{5, 3600});
+}
+void check(const Io& io, const SessionHello& x) {
+  if (x.proof.has_value() != x.nonce.has_value())
+    io.fail_at("proof", "comes with a nonce, and a nonce with it");
 }
 const Method& SessionHello::method() {
   static const Method kMethod{
@@ -92,7 +124,7 @@ const Method& SessionPing::method() {
   return kMethod;
 }
 
-void layout(Io& io, SystemInfo::Result::Tls& x) {
+void layout(Io& io, SystemInfo::Tls& x) {
   io.about("SHA-256")("fingerprint", x.fingerprint);
   io.format("date-time")("valid_until", x.valid_until);
 }
@@ -115,7 +147,7 @@ const Method& SystemInfo::method() {
   return kMethod;
 }
 
-void layout(Io& io, JobGet& x) { io.about("What the call was answered with")("id", x.id); }
+void layout(Io& io, JobGet& x) { io.about("What the call was answered with")("id", x.id, Size{1, 64}); }
 const Method& JobGet::method() {
   static const Method kMethod{
       .name = "job.get",
@@ -124,6 +156,15 @@ const Method& JobGet::method() {
           "Of the client's own jobs (by its name, not its connection). Those that ended are kept for ten "
           "minutes.",
       .errors = {ErrorCode::Unauthenticated, ErrorCode::InvalidParams, ErrorCode::NotFound},
+  };
+  return kMethod;
+}
+
+void layout(Io& io, Discover& x) { io.optional("method", x.of_method); }
+const Method& Discover::method() {
+  static const Method kMethod{
+      .name = "rpc.discover",
+      .summary = "The schema in outline, or one method of it in full",
   };
   return kMethod;
 }

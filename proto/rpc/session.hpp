@@ -2,6 +2,7 @@
 
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,12 +12,13 @@
 
 namespace truepose::rpc {
 
+struct JobError {
+  int code = 0;
+  std::string message{};
+  boost::json::object data{};
+};
+
 struct Job {
-  struct Error {
-    int code = 0;
-    std::string message{};
-    boost::json::object data{};
-  };
   std::string id{};
   std::string method{};
   std::string state{};
@@ -24,9 +26,35 @@ struct Job {
   std::string started{};
   std::optional<std::string> ended{};
   std::optional<boost::json::value> result{};
-  std::optional<Error> error{};
+  std::optional<JobError> error{};
 };
 void layout(Io& io, Job& x);
+
+/// What every method of the cell takes besides its own parameters.
+struct AsJob {
+  bool job = false;
+};
+void layout(Io& io, AsJob& x);
+/// What a call as a job is answered with at once.
+struct JobBegun {
+  std::string job{};
+};
+void layout(Io& io, JobBegun& x);
+
+/// The notification `greeting`
+struct Greeting {
+  struct Protocol {
+    int major = 0;
+    int minor = 0;
+  };
+  std::string product{};
+  std::string version{};
+  Protocol protocol{};
+  std::string cell{};
+  std::string time{};
+  std::vector<std::string> auth{};
+};
+void layout(Io& io, Greeting& x);
 
 /// session.challenge
 struct SessionChallenge : NoParameters {
@@ -56,9 +84,10 @@ struct SessionHello {
   std::optional<std::string> token{};
   std::optional<std::string> nonce{};
   std::optional<std::string> proof{};
-  std::optional<int> heartbeat_s{};
+  std::optional<std::chrono::seconds> heartbeat_s{};
 };
 void layout(Io& io, SessionHello& x);
+void check(const Io& io, const SessionHello& x);
 void layout(Io& io, SessionHello::Result& x);
 
 /// session.ping
@@ -73,11 +102,11 @@ void layout(Io& io, SessionPing::Result& x);
 
 /// system.info
 struct SystemInfo : NoParameters {
+  struct Tls {
+    std::string fingerprint{};
+    std::string valid_until{};
+  };
   struct Result {
-    struct Tls {
-      std::string fingerprint{};
-      std::string valid_until{};
-    };
     std::string product{};
     std::string version{};
     std::uint64_t protocol = 0;
@@ -101,7 +130,16 @@ struct JobGet {
 };
 void layout(Io& io, JobGet& x);
 
-/// The methods of this file.
+/// rpc.discover: a method of OpenRPC itself, which openrpc.json does not list
+struct Discover {
+  using Result = boost::json::value;
+  static const Method& method();
+
+  std::optional<std::string> of_method{};
+};
+void layout(Io& io, Discover& x);
+
+/// The methods of this file, without rpc.discover.
 std::vector<Described> session_methods();
 
 }  // namespace truepose::rpc

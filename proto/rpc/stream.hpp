@@ -26,6 +26,8 @@ struct StreamScheduling {
 };
 
 struct StreamStatus {
+  static constexpr auto kTopic = control::Topic::Stream;
+
   struct Tool {
     std::optional<int> number{};
     bool measured = false;

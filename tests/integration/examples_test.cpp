@@ -16,6 +16,7 @@
 
 #include "daemon/control/audit_files.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/rpc/methods.hpp"
 #include "tests/await.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/schema_check.hpp"
@@ -158,13 +159,13 @@ TEST_F(Examples, AreAnsweredByTheDaemonAsTheSchemaSays) {
   run_all({"cell.acknowledge", "audit.list", "events.unsubscribe", "control.release"});
   std::filesystem::remove(daemon::audit_file_of(cell_.store_file()));
   run_all({"audit.acknowledge"});
-  EXPECT_THAT(run_, testing::UnorderedElementsAreArray(control::schema_methods()));
+  EXPECT_THAT(run_, testing::UnorderedElementsAreArray(rpc::method_names()));
 }
 
 TEST(TheExamplesOfTheSchema, FitIt) {
   const json::value document = json::parse(std::string{control::openrpc_text()});
   const SchemaCheck check{document};
-  for (const std::string& name : control::schema_methods()) {
+  for (const std::string& name : rpc::method_names()) {
     SCOPED_TRACE(name);
     const json::value& method = *control::openrpc_method(name);
     const json::value* const examples = method.as_object().if_contains("examples");

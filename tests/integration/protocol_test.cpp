@@ -21,6 +21,7 @@
 #include "core/math/angles.hpp"
 #include "daemon/cell/daemon_cell.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/rpc/methods.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/schema_check.hpp"
 
@@ -42,14 +43,14 @@ TEST(TheControlProtocol, HasExactlyTheMethodsOfItsSchema) {
         "events.unsubscribe", "job.get", "control.get", "control.acquire", "control.takeover",
         "control.release", "audit.list", "audit.acknowledge"})
     served.emplace_back(own);
-  EXPECT_THAT(served, testing::UnorderedElementsAreArray(control::schema_methods()));
+  EXPECT_THAT(served, testing::UnorderedElementsAreArray(rpc::method_names()));
 }
 
 TEST(TheControlProtocol, RefusesAParameterThatItDoesNotKnowInEveryMethod) {
   LiveCell cell;
   cell.start_daemon();
   tools::RpcClient client = cell.client();
-  for (const std::string& method : control::schema_methods()) {
+  for (const std::string& method : rpc::method_names()) {
     const auto result = client.call(method, {{"nonsense", 1}});
     ASSERT_FALSE(result) << method;
     const bool opens_it = method == "session.challenge" || method == "session.hello";

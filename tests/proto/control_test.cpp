@@ -14,6 +14,7 @@
 #include "proto/control/param_reader.hpp"
 #include "proto/control/request.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/rpc/methods.hpp"
 
 namespace truepose::control {
 namespace {
@@ -322,7 +323,7 @@ TEST(Schema, IsValidAndItsOutlineAndEachMethodFitOneLine) {
   const auto schema = parse_json(openrpc_text());
   ASSERT_TRUE(schema) << schema.error();
   EXPECT_LT(encode_result(1, openrpc_outline()).size(), kMaxLine);
-  for (const std::string& method : schema_methods()) {
+  for (const std::string& method : rpc::method_names()) {
     ASSERT_TRUE(openrpc_method(method)) << method;
     EXPECT_LT(encode_result(1, *openrpc_method(method)).size(), kMaxLine) << method;
   }

@@ -10,6 +10,7 @@
 
 #include "config/text_file.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/rpc/methods.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/text.hpp"
 
@@ -69,10 +70,10 @@ const std::map<std::string, std::string> kWithoutCommand{
 TEST(CommandTable, EveryMethodOfTheDaemonHasACommandOrAReasonForHavingNone) {
   std::set<std::string> called;
   for (const Command& command : online_commands().commands) called.insert(command.method);
-  for (const std::string& method : control::schema_methods())
+  for (const std::string& method : rpc::method_names())
     EXPECT_NE(called.contains(method), kWithoutCommand.contains(method)) << method;
   for (const auto& [method, reason] : kWithoutCommand)
-    EXPECT_THAT(control::schema_methods(), testing::Contains(method)) << "is no longer a method";
+    EXPECT_THAT(rpc::method_names(), testing::Contains(method)) << "is no longer a method";
 }
 
 TEST(CommandTable, EveryCommandCallsAMethodOfTheDaemon) {
@@ -81,7 +82,7 @@ TEST(CommandTable, EveryCommandCallsAMethodOfTheDaemon) {
     if (needs_none) {
       EXPECT_EQ(command.method, "") << command.name;
     } else {
-      EXPECT_THAT(control::schema_methods(), testing::Contains(command.method)) << command.name;
+      EXPECT_THAT(rpc::method_names(), testing::Contains(command.method)) << command.name;
     }
   }
 }

@@ -4,6 +4,7 @@
 
 #include "daemon/control/access_list.hpp"
 #include "proto/control/schema.hpp"
+#include "proto/rpc/methods.hpp"
 #include "tests/daemon/control_fixture.hpp"
 #include "tests/no_more_files.hpp"
 
@@ -19,7 +20,7 @@ using testing::HasSubstr;
 class WillingCell : public CellService {
  public:
   std::vector<std::string> methods() const override {
-    std::vector<std::string> methods = control::schema_methods();
+    std::vector<std::string> methods = rpc::method_names();
     std::erase_if(methods, [](const std::string& method) {
       return method.starts_with("session.") || method.starts_with("events.") || method == "system.info";
     });

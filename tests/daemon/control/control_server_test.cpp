@@ -5,8 +5,8 @@
 #include "daemon/control/acceptor.hpp"
 #include "daemon/control/failed_logins.hpp"
 #include "proto/control/line_splitter.hpp"
-#include "proto/control/schema.hpp"
 #include "proto/control/session_proof.hpp"
+#include "proto/rpc/methods.hpp"
 #include "tests/daemon/control_fixture.hpp"
 
 namespace truepose::daemon {
@@ -435,7 +435,7 @@ TEST_F(ControlServerTest, ServesItsSchemaWhichKnowsItsMethods) {
   EXPECT_EQ(client.call("rpc.discover").result->at("openrpc").as_string(), "1.2.6");
   std::vector<std::string> served = server_->methods();
   EXPECT_EQ(std::erase(served, "rpc.discover"), 1U);
-  EXPECT_THAT(control::schema_methods(), testing::IsSupersetOf(served));
+  EXPECT_THAT(rpc::method_names(), testing::IsSupersetOf(served));
   const Reply one = client.call("rpc.discover", {{"method", "session.ping"}});
   EXPECT_EQ(one.result->at("name").as_string(), "session.ping");
   EXPECT_FALSE(one.result->at("examples").as_array().empty());
