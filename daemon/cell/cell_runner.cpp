@@ -49,10 +49,10 @@ std::optional<Waiting> loss(const CellState& state) {
 /// The event that the cell comes from one state to another.
 json::object state_changed(std::string_view from, std::string_view state, const std::string& reason,
                            const std::string& by = {}) {
-  return record::to_json(rpc::StateChanged{.by = by.empty() ? std::nullopt : std::optional{by},
-                                           .state = std::string{state},
+  return record::to_json(rpc::StateChanged{.state = std::string{state},
                                            .from = std::string{from},
-                                           .reason = reason});
+                                           .reason = reason,
+                                           .by = by.empty() ? std::nullopt : std::optional{by}});
 }
 
 /// What a state is a fault by; empty where it is none.

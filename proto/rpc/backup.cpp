@@ -26,7 +26,7 @@ void layout(Io& io, StoreGetBackup::Result& x) {
   io.about("Base64 of at most 32 KiB; empty at the end")("data", x.data);
 }
 void layout(Io& io, StoreGetBackup& x) {
-  io.about("Of the backup").format("uuid")("id", x.id);
+  io.about("Of the backup").format("uuid")("id", x.id, kIdSize);
   io.about("First byte of the part").defaulted("offset", x.offset);
 }
 const Method& StoreGetBackup::method() {

@@ -230,7 +230,7 @@ const Method& CampaignPause::method() {
 }
 
 void layout(Io& io, CampaignResume& x) {
-  io.about("Campaign that was interrupted").format("uuid").optional("id", x.id);
+  io.about("Campaign that was interrupted").format("uuid").optional("id", x.id, kIdSize);
 }
 const Method& CampaignResume::method() {
   static const Method kMethod{
@@ -250,7 +250,9 @@ const Method& CampaignResume::method() {
 }
 
 void layout(Io& io, CampaignAbort& x) {
-  io.about("Campaign that was interrupted; default: the one that runs").format("uuid").optional("id", x.id);
+  io.about("Campaign that was interrupted; default: the one that runs")
+      .format("uuid")
+      .optional("id", x.id, kIdSize);
 }
 const Method& CampaignAbort::method() {
   static const Method kMethod{
@@ -278,7 +280,7 @@ void layout(Io& io, CampaignIdentify::Result& x) {
   io.about("As in the calibration document")("verdict", x.verdict);
 }
 void layout(Io& io, CampaignIdentify& x) {
-  io.about("The campaign").format("uuid")("id", x.id);
+  io.about("The campaign").format("uuid")("id", x.id, kIdSize);
   io.about("Errors of the joints, as cross-validation keeps them")
       .optional("non_geometric", x.non_geometric, OneOf{"none", "auto"});
   io.about("Multiples of a joint's angle to look for")
@@ -318,7 +320,7 @@ void layout(Io& io, CampaignExport::Result& x) {
   io.about("Text (CSV); empty at the end")("data", x.data);
 }
 void layout(Io& io, CampaignExport& x) {
-  io.about("Default: the newest").format("uuid").optional("id", x.id);
+  io.about("Default: the newest").format("uuid").optional("id", x.id, kIdSize);
   io.about("First byte of the part").defaulted("offset", x.offset);
 }
 const Method& CampaignExport::method() {
@@ -368,7 +370,7 @@ void layout(Io& io, CampaignGet::Result& x) {
   io("points", x.points);
 }
 void layout(Io& io, CampaignGet& x) {
-  io.about("Default: the newest").format("uuid").optional("id", x.id);
+  io.about("Default: the newest").format("uuid").optional("id", x.id, kIdSize);
   io.defaulted("points_offset", x.points_offset);
   io.about("Points to list").defaulted("points_limit", x.points_limit, Whole{0, 100});
 }
@@ -392,7 +394,7 @@ void layout(Io& io, CampaignPoints::Result& x) {
   io.about("Of csv: rows, the first part with the header").optional("csv", x.csv);
 }
 void layout(Io& io, CampaignPoints& x) {
-  io.about("The campaign; left out: the last one").format("uuid").optional("id", x.id);
+  io.about("The campaign; left out: the last one").format("uuid").optional("id", x.id, kIdSize);
   io.about("Left out: json").optional("format", x.format, OneOf{"json", "csv"});
   io.about("Points to leave out at the beginning").optional("offset", x.offset);
   io.about("At most so many").optional("limit", x.limit, Whole{1, 1000});

@@ -58,12 +58,12 @@ const Method& EventsUnsubscribe::method() {
 }
 
 void layout(Io& io, StateChanged& x) {
-  io.about("The client that caused it; null: the daemon itself").nullable("by", x.by);
   io.about("What the cell does")(
       "state", x.state,
       OneOf{"disconnected", "connecting", "ready", "campaign", "paused", "streaming", "armed", "fault"});
   io.about("The state before")("from", x.from);
   io.about("One sentence")("reason", x.reason);
+  io.about("The client that caused it; null: the daemon itself").nullable("by", x.by);
 }
 
 void layout(Io& io, PointMeasured& x) {

@@ -47,10 +47,10 @@ void layout(Io& io, EventsUnsubscribe::Result& x);
 struct StateChanged {
   static constexpr auto kTopic = control::Topic::Cell;
 
-  std::optional<std::string> by{};
   std::string state{};
   std::string from{};
   std::string reason{};
+  std::optional<std::string> by{};
 };
 void layout(Io& io, StateChanged& x);
 

@@ -16,6 +16,9 @@ using control::ErrorCode;
 using control::Role;
 using record::Io;
 
+/// Of what names a campaign, a model, a job: an empty text names none, not even the usual one.
+inline constexpr record::Size kIdSize{1, 64};
+
 struct Method {
   std::string_view name;
   Role role = Role::Viewer;  ///< the least that may call it; above a viewer it is a command

@@ -47,7 +47,9 @@ void layout(Io& io, ModelGet::Result& x) {
   io("model", x.model);
   io("parameters", x.parameters);
 }
-void layout(Io& io, ModelGet& x) { io.about("Default: the active one").format("uuid").optional("id", x.id); }
+void layout(Io& io, ModelGet& x) {
+  io.about("Default: the active one").format("uuid").optional("id", x.id, kIdSize);
+}
 const Method& ModelGet::method() {
   static const Method kMethod{
       .name = "model.get",
@@ -57,7 +59,7 @@ const Method& ModelGet::method() {
   return kMethod;
 }
 
-void layout(Io& io, ModelActivate& x) { io.about("The model").format("uuid")("id", x.id); }
+void layout(Io& io, ModelActivate& x) { io.about("The model").format("uuid")("id", x.id, kIdSize); }
 const Method& ModelActivate::method() {
   static const Method kMethod{
       .name = "model.activate",
@@ -103,7 +105,7 @@ void layout(Io& io, ModelExport::Result& x) {
   io.about("Text of the file")("yaml", x.yaml);
 }
 void layout(Io& io, ModelExport& x) {
-  io.about("Default: the active one").format("uuid").optional("id", x.id);
+  io.about("Default: the active one").format("uuid").optional("id", x.id, kIdSize);
 }
 const Method& ModelExport::method() {
   static const Method kMethod{

@@ -10,7 +10,7 @@ void layout(Io& io, ReportGet::Result& x) {
   io.about("Of the longer list")("points_total", x.points_total);
 }
 void layout(Io& io, ReportGet& x) {
-  io.about("Default: the newest that has one").format("uuid").optional("id", x.id);
+  io.about("Default: the newest that has one").format("uuid").optional("id", x.id, kIdSize);
   io.defaulted("points_offset", x.points_offset);
   io.about("Members of `points` and `remeasured_points` to list; the lists come in pages")
       .defaulted("points_limit", x.points_limit, Whole{0, 50});
@@ -34,7 +34,9 @@ void layout(Io& io, ReportHtml::Result& x) {
   io.about("When the page was made").format("date-time")("made", x.made);
 }
 void layout(Io& io, ReportHtml& x) {
-  io.about("The campaign; left out: the last calibration that is done").format("uuid").optional("id", x.id);
+  io.about("The campaign; left out: the last calibration that is done")
+      .format("uuid")
+      .optional("id", x.id, kIdSize);
   io.about("First byte of the part").optional("offset", x.offset);
 }
 const Method& ReportHtml::method() {

@@ -147,7 +147,7 @@ const Method& SystemInfo::method() {
   return kMethod;
 }
 
-void layout(Io& io, JobGet& x) { io.about("What the call was answered with")("id", x.id, Size{1, 64}); }
+void layout(Io& io, JobGet& x) { io.about("What the call was answered with")("id", x.id, kIdSize); }
 const Method& JobGet::method() {
   static const Method kMethod{
       .name = "job.get",

@@ -19,7 +19,7 @@ void layout(Io& io, TargetsCompensate& x) {
       .optional("joints", x.joints, Size{1, 200});
   io.about("Flange, or where one is given the tool, in the robot base: x,y,z in mm, KUKA a,b,c in deg")
       .optional("poses", x.poses, Size{1, 200}, Size{6, 6});
-  io.about("Default: the active model").format("uuid").optional("model_id", x.model_id);
+  io.about("Default: the active model").format("uuid").optional("model_id", x.model_id, kIdSize);
   io.about(
         "Number of a tool of the cell file: where it was measured, its TCP is corrected; where its load "
         "is known, the flange carries that")

@@ -25,7 +25,9 @@ const Method& ToolList::method() {
   return kMethod;
 }
 
-void layout(Io& io, ToolActivate& x) { io.about("The campaign of kind tool").format("uuid")("id", x.id); }
+void layout(Io& io, ToolActivate& x) {
+  io.about("The campaign of kind tool").format("uuid")("id", x.id, kIdSize);
+}
 const Method& ToolActivate::method() {
   static const Method kMethod{
       .name = "tool.activate",

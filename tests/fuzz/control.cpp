@@ -7,8 +7,11 @@
 
 #include "proto/control/json_text.hpp"
 #include "proto/control/line_splitter.hpp"
-#include "proto/control/param_reader.hpp"
 #include "proto/control/request.hpp"
+#include "proto/rpc/campaign.hpp"
+#include "proto/rpc/events.hpp"
+#include "proto/rpc/params.hpp"
+#include "proto/rpc/targets.hpp"
 #include "tests/fuzz/pieces.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -29,20 +32,15 @@ std::vector<std::string> lines(const std::vector<std::string_view>& pieces) {
   return lines;
 }
 
-/// Asks for parameters of every kind.
+/// Reads parameters as those of one method.
+template <rpc::Request R>
 void read_params(const boost::json::object& params) {
-  control::ParamReader read{params};
-  read.required(read.text("id"), "id");
-  read.integer("poses", 1, 1000);
-  read.number("speed", 0, 100);
-  read.boolean("activate");
-  read.texts("topics");
-  read.rows("targets", 6, 100);
-  if (const auto error = read.finish()) {
-    expect(error->code == control::ErrorCode::InvalidParams && !error->message.empty(), "a refusal says why");
-    expect(control::parse_json(control::json_text(boost::json::value(error->message))).has_value(),
-           "a refusal can be sent: " + error->message);
-  }
+  const auto request = rpc::read_params<R>(params);
+  if (request) return;
+  const control::RpcError& error = request.error();
+  expect(error.code == control::ErrorCode::InvalidParams && !error.message.empty(), "a refusal says why");
+  expect(control::parse_json(control::json_text(boost::json::value(error.message))).has_value(),
+         "a refusal can be sent: " + error.message);
 }
 
 void read_request(const std::string& line) {
@@ -57,7 +55,9 @@ void read_request(const std::string& line) {
   expect(again && again->id == request->id && again->method == request->method &&
              control::json_text(again->params) == control::json_text(request->params),
          "what is written is read again: " + text);
-  read_params(request->params);
+  read_params<rpc::CampaignStart>(request->params);
+  read_params<rpc::EventsSubscribe>(request->params);
+  read_params<rpc::TargetsCompensate>(request->params);
 }
 
 }  // namespace

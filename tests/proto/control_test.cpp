@@ -11,7 +11,6 @@
 
 #include "proto/control/json_text.hpp"
 #include "proto/control/line_splitter.hpp"
-#include "proto/control/param_reader.hpp"
 #include "proto/control/request.hpp"
 #include "proto/control/schema.hpp"
 #include "proto/rpc/methods.hpp"
@@ -246,77 +245,6 @@ TEST(JsonText, IsTheDoubleNearestToWhatIsWritten) {
   }
   for (const char* text : {"1e999", "-1e999", "1.7976931348623159e308"})
     EXPECT_FALSE(parse_json(text)) << text;
-}
-
-TEST(ParamReader, ReadsWhatIsThereAndLeavesOutWhatIsNot) {
-  const json::object params =
-      json::parse(R"({"n":3,"x":2,"b":true,"s":"text","t":["a","b"],"r":[[1,2.5],[3,4]]})").as_object();
-  ParamReader read{params};
-  EXPECT_EQ(read.integer("n", 1, 3), 3);
-  EXPECT_EQ(read.number("x", 0, 9), 2.0);
-  EXPECT_EQ(read.boolean("b"), true);
-  EXPECT_EQ(read.required(read.text("s"), "s"), "text");
-  EXPECT_THAT(*read.texts("t"), ElementsAre("a", "b"));
-  EXPECT_THAT(*read.rows("r", 2, 10), ElementsAre(ElementsAre(1, 2.5), ElementsAre(3, 4)));
-  EXPECT_EQ(read.integer("absent", 0, 1), std::nullopt);
-  EXPECT_FALSE(read.finish());
-}
-
-/// What a reader says about `params` after `ask` has asked for what it wants.
-template <typename Ask>
-std::string complaint(std::string_view params, Ask ask) {
-  const json::object object = json::parse({params.data(), params.size()}).as_object();
-  ParamReader read{object};
-  ask(read);
-  const auto error = read.finish();
-  if (!error) return "";
-  EXPECT_EQ(error->code, ErrorCode::InvalidParams);
-  return error->message;
-}
-
-TEST(ParamReader, SaysWhatWasExpectedAndWhatWasFound) {
-  const auto poses = [](ParamReader& read) { (void)read.integer("poses", 1, 1000); };
-  EXPECT_EQ(complaint(R"({"poses":"x"})", poses), R"(params.poses: expected an integer 1..1000, found "x")");
-  EXPECT_EQ(complaint(R"({"poses":1001})", poses), "params.poses: expected an integer 1..1000, found 1001");
-  EXPECT_EQ(complaint(R"({"poses":2.5})", poses), "params.poses: expected an integer 1..1000, found 2.5");
-  EXPECT_EQ(complaint(R"({"pose":5})", poses), "params.pose: unknown parameter");
-  EXPECT_EQ(complaint(R"({"known":[]})", [](ParamReader& read) { (void)read.rows("nominal", 3, 10); }),
-            "params.known: unknown parameter, renamed to 'nominal'");
-  EXPECT_EQ(complaint("{}", [](ParamReader& read) { (void)read.required(read.text("id"), "id"); }),
-            "params.id: is missing");
-  EXPECT_EQ(complaint(R"({"r":[[1,2],[3]]})", [](ParamReader& read) { (void)read.rows("r", 2, 10); }),
-            "params.r[1]: expected 2 numbers, found [3]");
-  EXPECT_EQ(complaint(R"({"t":["a","a"]})", [](ParamReader& read) { (void)read.texts("t"); }),
-            R"(params.t: expected a list of distinct strings, found ["a","a"])");
-}
-
-TEST(ParamReader, CountsCharactersAsTheSchemaDoes) {
-  const auto note = [](ParamReader& read) { (void)read.text("note", 3); };
-  EXPECT_EQ(complaint(R"({"note":"\u00fc\u20ac\ud83d\ude00"})", note), "");
-  EXPECT_EQ(complaint(R"({"note":"abcd"})", note),
-            R"(params.note: expected a string of at most 3 characters, found "abcd")");
-}
-
-TEST(ParamReader, TakesNoEmptyTextForAnId) {
-  const auto id = [](ParamReader& read) { (void)read.id("id"); };
-  EXPECT_EQ(complaint(R"({"id":""})", id), R"(params.id: expected an id, found "")");
-  EXPECT_EQ(complaint(R"({"id":null})", id), "params.id: expected an id, found null");
-  EXPECT_EQ(complaint(R"({"id":"d6b6d477"})", id), "");
-  EXPECT_EQ(complaint("{}", id), "");
-}
-
-TEST(ParamReaderDeathTest, IsNotLeftBeforeItHasSaidWhatWasWrong) {
-  const json::object params{{"kind", nullptr}};
-  EXPECT_DEBUG_DEATH({ ParamReader{params}.text("kind"); }, "finished_");
-}
-
-TEST(ParamReader, ReportsTheFirstErrorOnly) {
-  EXPECT_EQ(complaint(R"({"a":1,"b":2})",
-                      [](ParamReader& read) {
-                        (void)read.boolean("b");
-                        (void)read.boolean("a");
-                      }),
-            "params.b: expected true or false, found 2");
 }
 
 TEST(Schema, IsValidAndItsOutlineAndEachMethodFitOneLine) {

@@ -44,7 +44,7 @@ StreamCellOptions options_of(int cell) {
 std::string shown(const daemon::StreamStatus& status, drivers::TimePoint now) {
   daemon::StreamSurroundings around{.streaming = true, .age = {}, .refused = {}, .model_id = {}};
   if (status.heard) around.age = now - *status.heard;
-  return std::string{daemon::stream_json(status, {}, around).at("state").as_string()};
+  return daemon::stream_status(status, {}, around).state;
 }
 
 void expect_nothing_old_is_believed(const StreamCell& cell) {

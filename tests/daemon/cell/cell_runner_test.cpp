@@ -83,7 +83,6 @@ TEST_F(CellRunnerTest, RefusesWhatTheStateDoesNotAllowAndChangesNothing) {
   EXPECT_EQ(refused->code, control::ErrorCode::WrongState);
   EXPECT_EQ(refused->state, "disconnected");
   EXPECT_THAT(refused->allowed, ElementsAre("cell.connect", "campaign.start", "drift.check", "stream.arm"));
-  EXPECT_TRUE(runner.request({{"nonsense", 1}}, ConnectRequested{}, "", ""));
   EXPECT_EQ(runner.name(), "disconnected");
   EXPECT_THAT(event_data(control::Topic::Cell), IsEmpty());
 }
@@ -167,14 +166,17 @@ TEST_F(CellRunnerTest, WaitsNoLongerThanItsTimeout) {
 }
 
 TEST_F(CellRunnerTest, SaysSinceWhenADeviceIsWaitedFor) {
-  EXPECT_TRUE(runner.waiting_json().is_null());
+  EXPECT_FALSE(runner.awaited_device());
   pass(10s);
   runner.apply(ConnectRequested{}, "");
   pass(5s);
   runner.apply(DeviceAwaited{CellDevice::Tracker, "it has to connect"}, "");
   pass(7s);
-  EXPECT_EQ(control::json_text(runner.waiting_json()),
-            R"({"device":"tracker","since":"1970-01-01T00:00:15.000Z","reason":"it has to connect"})");
+  const auto awaited = runner.awaited_device();
+  ASSERT_TRUE(awaited);
+  EXPECT_EQ(awaited->device, "tracker");
+  EXPECT_EQ(awaited->since, "1970-01-01T00:00:15.000Z");
+  EXPECT_EQ(awaited->reason, "it has to connect");
 }
 
 TEST_F(CellRunnerTest, TellsThatACampaignHasLostADeviceThatItPausesForItAndThatItIsBack) {
@@ -216,12 +218,12 @@ TEST_F(CellRunnerTest, KeepsOneFaultOfACodeAndListsThemByIt) {
   faults.stand(true, {FaultCode::Tracker, "gone"});
   faults.stand(true, {FaultCode::Tracker, "gone for longer"});
   faults.begin({FaultCode::Model, "refused"});
-  EXPECT_EQ(faults.json().at(0).at("code"), "E_MODEL");
+  EXPECT_EQ(faults.list().at(0).code, "E_MODEL");
   EXPECT_EQ(faults.text(FaultCode::Tracker), "gone");
   EXPECT_EQ(faults.text(FaultCode::Cell), "");
   faults.stand(false, {FaultCode::Tracker, ""});
   faults.end(FaultCode::Model);
-  EXPECT_THAT(faults.json(), IsEmpty());
+  EXPECT_THAT(faults.list(), IsEmpty());
   EXPECT_EQ(event_data(control::Topic::Fault).size(), 4U);
 }
 

@@ -421,58 +421,59 @@ TEST_F(AWatchedStream, RampsOutBeforeTheDaemonEnds) {
   EXPECT_FALSE(robot.connected());
 }
 
-TEST(StreamJson, SaysCorrectingOfAStreamThatHasAModelAlone) {
+TEST(StreamStatusAnswer, SaysCorrectingOfAStreamThatHasAModelAlone) {
   const auto reported = [](std::uint64_t model, double a1_deg) {
     StreamStatus status;
     status.state = StreamState::Active;
     status.model = model;
     status.correction_deg[0] = a1_deg;
-    return stream_json(
+    return stream_status(
         status, {},
         {.streaming = true, .age = drivers::Duration{0}, .refused = "", .trouble = "", .model_id = ""});
   };
-  EXPECT_EQ(reported(1, 0.5).at("state"), "correcting");
-  EXPECT_EQ(reported(0, 0.5).at("state"), "ramping") << "out of the model that was in force";
-  EXPECT_EQ(reported(0, 0).at("state"), "waiting");
-  EXPECT_THAT(std::string{reported(0, 0).at("reason").as_string().c_str()}, HasSubstr("no model is active"));
+  EXPECT_EQ(reported(1, 0.5).state, "correcting");
+  EXPECT_EQ(reported(0, 0.5).state, "ramping") << "out of the model that was in force";
+  EXPECT_EQ(reported(0, 0).state, "waiting");
+  EXPECT_THAT(reported(0, 0).reason, HasSubstr("no model is active"));
 }
 
-TEST(StreamJson, TellsOfItsThreadWhatTheKernelDoes) {
+TEST(StreamStatusAnswer, TellsOfItsThreadWhatTheKernelDoes) {
   const auto reported = [](const std::optional<drivers::Scheduling>& thread) {
     StreamStatus status;
     status.counters.late_by_machine = 2;
     const StreamTimes times{.turnaround = {.p50_us = 50, .max_us = 90},
                             .compute = {.p50_us = 7, .max_us = 9}};
-    return stream_json(status, times, {.refused = "", .trouble = "", .model_id = "", .thread = thread});
+    return stream_status(status, times, {.refused = "", .trouble = "", .model_id = "", .thread = thread});
   };
-  const json::value known =
-      reported(drivers::Scheduling{.policy = "SCHED_FIFO", .priority = 80, .cpus = {3}, .locked_kB = 64});
+  const json::value known = record::to_json(
+      reported(drivers::Scheduling{.policy = "SCHED_FIFO", .priority = 80, .cpus = {3}, .locked_kB = 64}));
   EXPECT_EQ(known.at("scheduling"),
             json::parse(R"({"policy": "SCHED_FIFO", "priority": 80, "cpus": [3], "locked_kB": 64})"));
   EXPECT_EQ(known.at("late_by"), json::parse(R"({"daemon": 0, "machine": 2, "network": 0})"));
   EXPECT_EQ(known.at_pointer("/turnaround_us/max"), 90.0);
   EXPECT_EQ(known.at_pointer("/compute_us/p50"), 7.0);
-  EXPECT_TRUE(reported(std::nullopt).at("scheduling").is_null());
+  EXPECT_TRUE(record::to_json(reported(std::nullopt)).at("scheduling").is_null());
 }
 
-TEST(StreamJson, SaysOfAControllerThatIsSilentThatItIsBeforeWhatIsNotKnownOfIt) {
+TEST(StreamStatusAnswer, SaysOfAControllerThatIsSilentThatItIsBeforeWhatIsNotKnownOfIt) {
   const auto reason = [](drivers::Duration age, const std::string& trouble) {
     StreamStatus status;
     status.state = StreamState::Unproven;
     status.heard = drivers::TimePoint{};
     status.read_until = drivers::TimePoint{age};
-    const json::object reported = stream_json(
-        status, {},
-        {.streaming = trouble.empty(), .age = age, .refused = "", .trouble = trouble, .model_id = ""});
-    return std::string{reported.at("reason").as_string()};
+    return stream_status(
+               status, {},
+               {.streaming = trouble.empty(), .age = age, .refused = "", .trouble = trouble, .model_id = ""})
+        .reason;
   };
   EXPECT_THAT(reason(4ms, ""), HasSubstr("as soon as the arm stands"));
   EXPECT_THAT(reason(1s, ""), HasSubstr("has sent no RSI packet for 1.0 s"));
   EXPECT_EQ(reason(1s, "what ended the stream"), "what ended the stream");
 }
 
-TEST(StreamJson, ShowsNothingOfTheRobotThatIsNotKnown) {
-  const json::object reported = stream_json({}, {}, {.robot = {.program = "active", .unknown = "refused"}});
+TEST(StreamStatusAnswer, ShowsNothingOfTheRobotThatIsNotKnown) {
+  const json::object reported =
+      record::to_json(stream_status({}, {}, {.robot = {.program = "active", .unknown = "refused"}}));
   const json::object& robot = reported.at("robot").as_object();
   for (const char* key : {"mode", "override_percent", "emergency_stop", "gate_open"})
     EXPECT_TRUE(robot.at(key).is_null()) << key;
