@@ -47,12 +47,12 @@ std::optional<Waiting> loss(const CellState& state) {
 }
 
 /// The event that the cell comes from one state to another.
-json::object state_changed(std::string_view from, std::string_view state, const std::string& reason,
-                           const std::string& by = {}) {
-  return record::to_json(rpc::StateChanged{.state = std::string{state},
-                                           .from = std::string{from},
-                                           .reason = reason,
-                                           .by = by.empty() ? std::nullopt : std::optional{by}});
+rpc::StateChanged state_changed(std::string_view from, std::string_view state, const std::string& reason,
+                                const std::string& by = {}) {
+  return {.state = std::string{state},
+          .from = std::string{from},
+          .reason = reason,
+          .by = by.empty() ? std::nullopt : std::optional{by}};
 }
 
 /// What a state is a fault by; empty where it is none.
@@ -107,8 +107,7 @@ rpc::Fault ActiveFaults::Standing::described() const {
 }
 
 void ActiveFaults::publish(const Standing& fault, bool standing) {
-  events_.publish(control::Topic::Fault,
-                  record::to_json(rpc::FaultChanged{.fault = fault.described(), .active = standing}));
+  events_.publish(rpc::FaultChanged{.fault = fault.described(), .active = standing});
 }
 
 CellRunner::CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock,
@@ -148,7 +147,7 @@ void CellRunner::report_waiting(const CellState& before) {
   if (!lost && !back) return;
   const std::string line = lost ? waiting_for(*is) : answers(was->device);
   log_info(line);
-  events_.publish(control::Topic::Cell, state_changed(state_name(before), name(), line));
+  events_.publish(state_changed(state_name(before), name(), line));
 }
 
 std::string CellRunner::waiting_for(const Waiting& wait) const {
@@ -182,7 +181,7 @@ void CellRunner::tell(const CellState& before, const std::string& reason, const 
   const std::string line =
       "cell " + std::string{state_name(before)} + " -> " + std::string{name()} + ": " + reason_;
   fault ? log_error(line) : log_info(line);
-  events_.publish(control::Topic::Cell, state_changed(state_name(before), name(), reason_, by));
+  events_.publish(state_changed(state_name(before), name(), reason_, by));
   fault ? faults_.begin({FaultCode::Cell, reason_}) : faults_.end(FaultCode::Cell);
 }
 
@@ -213,7 +212,7 @@ std::optional<RpcError> CellRunner::acknowledge(const std::string& by) {
 
 void CellRunner::reword(std::string reason) {
   reason_ = std::move(reason);
-  events_.publish(control::Topic::Cell, state_changed(name(), name(), reason_));
+  events_.publish(state_changed(name(), name(), reason_));
 }
 
 void CellRunner::await(CellDevice device, const std::string& reason) {

@@ -217,7 +217,7 @@ asio::awaitable<void> StreamService::watch() {
     if (kept_armed_ && runner_.in<Faulted>()) co_await keep_disarmed();  // acknowledging arms again
     if (parts_.clock.now() >= tell) {
       tell = parts_.clock.now() + kReportInterval;
-      if (runner_.corrects()) publish_status(Keep::Passing);
+      if (runner_.corrects()) parts_.events.publish(status(), Keep::Passing);
     }
     const TimePoint next = parts_.clock.now() + kPollInterval;
     co_await parts_.clock.sleep_until(next);
@@ -258,7 +258,7 @@ void StreamService::look() {
   clamp_named_ = clamped || (frozen && clamp_named_);
   runner_.faults().stand(frozen && !over && !acknowledged, {FaultCode::StreamFrozen, reason(status)});
   if (before != status.state) {
-    publish_status();
+    parts_.events.publish(this->status());
     runner_.wake();
   }
   const bool closed = runner_.armed() && known_stale(status);
@@ -321,7 +321,7 @@ void StreamService::refresh_robot(const StreamStatus& status) {
   robot_ = std::move(now);
   if (!runner_.corrects()) return;
   log_info("robot: " + describe(robot_));
-  publish_status();
+  parts_.events.publish(this->status());
 }
 
 /// Whether RSI and the state server name another mode for longer than the state server takes to see a change:
@@ -445,10 +445,6 @@ std::string StreamService::trouble(const StreamStatus& now) const {
   const auto* starting = runner_.in<StreamStarting>();
   const bool late = starting && starting->program_runs && parts_.clock.now() - starting->since >= kSilence;
   return late ? no_answer(now) : "";
-}
-
-void StreamService::publish_status(Keep keep) {
-  parts_.events.publish(control::Topic::Stream, record::to_json(status()), keep);
 }
 
 rpc::StreamStatus StreamService::status() const {

@@ -35,7 +35,6 @@ class StreamService {
   Reply<rpc::StreamArm> arm(rpc::StreamArm, std::string by);
   Reply<rpc::StreamDisarm> disarm(rpc::StreamDisarm, std::string by);
   Reply<rpc::GetStreamStatus> get_status(rpc::GetStreamStatus);
-  void publish_status(Keep keep = Keep::Lasting);
 
   boost::asio::awaitable<std::optional<control::RpcError>> robot_not_ready();
   std::optional<control::RpcError> cannot_ramp_out(const std::string& method) const;
