@@ -6,7 +6,6 @@
 
 #include "config/cell_setup.hpp"
 #include "core/plan/scene.hpp"
-#include "proto/record/json_io.hpp"
 
 namespace truepose::daemon {
 
@@ -134,10 +133,6 @@ StoreResult<CampaignPast> read_past(Store& store, const std::string& campaign_id
 std::string described(const Resumption& resumption) {
   return "the campaign was interrupted (" + resumption.interrupted + ") and resumed (" + resumption.resumed +
          ")" + (resumption.found.empty() ? "" : ": " + resumption.found);
-}
-
-boost::json::array interruptions_json(const std::vector<Resumption>& resumptions) {
-  return record::to_json(std::vector<record::Interruption>(resumptions.begin(), resumptions.end()));
 }
 
 StoredPoint in_first_frame(StoredPoint point, const std::vector<Resumption>& resumptions) {

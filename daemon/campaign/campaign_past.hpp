@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/json/array.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -46,9 +45,6 @@ StoreResult<CampaignPast> read_past(Store& store, const std::string& campaign_id
 
 /// "the campaign was interrupted (2026-01-31T12:00:00Z) and went on (2026-01-31T12:10:00Z): nothing moved".
 std::string described(const Resumption& resumption);
-
-/// After which it continued, as documents and answers list them.
-boost::json::array interruptions_json(const std::vector<Resumption>& resumptions);
 
 /// The point as the tracker would have seen it when the campaign began.
 StoredPoint in_first_frame(StoredPoint point, const std::vector<Resumption>& resumptions);

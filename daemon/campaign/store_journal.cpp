@@ -2,27 +2,27 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/case_conv.hpp>
-#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <utility>
 
 #include "config/cell_setup.hpp"
 #include "config/model_update.hpp"
+#include "core/arm/joint_units.hpp"
 #include "core/compensate/largest_correction.hpp"
 #include "core/math/units.hpp"
-#include "daemon/campaign/campaign_past.hpp"
 #include "daemon/campaign/corrected_points.hpp"
 #include "daemon/campaign/stored_model.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/record/arm_document.hpp"
 #include "proto/record/calibration_content.hpp"
 #include "proto/record/calibration_document.hpp"
 #include "proto/record/drift_document.hpp"
 #include "proto/record/forms.hpp"
 #include "proto/record/frame_document.hpp"
 #include "proto/record/json_io.hpp"
+#include "proto/rpc/campaign.hpp"
 
 namespace truepose::daemon {
 
@@ -31,9 +31,9 @@ namespace json = boost::json;
 
 namespace {
 
-json::object range_json(const std::vector<StoredPoint>& points, double StoredPoint::*quantity) {
+record::Extent extent_of(const std::vector<StoredPoint>& points, double StoredPoint::*quantity) {
   const auto [min, max] = std::ranges::minmax(points, {}, quantity);
-  return {{"min", min.*quantity}, {"max", max.*quantity}};
+  return {min.*quantity, max.*quantity};
 }
 
 /// "Campaign 0f8418ae, started by Anna: after the new gripper"
@@ -44,12 +44,12 @@ std::string campaign_text(const CampaignRecord& record) {
   return text;
 }
 
-std::size_t poses_of(const std::vector<StoredPoint>& points) {
+int poses_of(const std::vector<StoredPoint>& points) {
   std::set<int> poses;
   for (const StoredPoint& point : points) {
     if (is_pose(point.purpose) && point.purpose != PointPurpose::Reference) poses.insert(point.pose);
   }
-  return poses.size();
+  return static_cast<int>(poses.size());
 }
 
 /// The campaign that measured.
@@ -57,110 +57,85 @@ const CampaignRecord& measured_in(const StoreJournal::Options& options, const Ca
   return options.source ? *options.source : record;
 }
 
-/// Under which conditions a campaign measured: {"started","ended","poses_measured","poses_skipped",
-/// "temperature_c":{"min","max"},"pressure_mbar","humidity_percent"}, the ranges over all points; without
-/// them if the tracker reported no air pressure, as one without a weather station. Measurements of the
-/// reference pose and of nests are not counted.
-json::object conditions_document(const CampaignResult& result, const CampaignRecord& record) {
+/// The ranges are over all points, and left out if the tracker reported no air pressure, as one without a
+/// weather station. Measurements of the reference pose and of nests are not counted.
+record::Conditions conditions_of(const CampaignResult& result, const CampaignRecord& record) {
   const std::vector<StoredPoint>& points = result.points;
-  json::object conditions{{"started", record.started},
-                          {"ended", record.ended},
-                          {"poses_measured", poses_of(points)},
-                          {"poses_skipped", result.skipped.size()}};
+  record::Conditions conditions{.started = record.started,
+                                .ended = record.ended,
+                                .poses_measured = poses_of(points),
+                                .poses_skipped = static_cast<int>(result.skipped.size())};
   if (points.empty() || std::ranges::max(points, {}, &StoredPoint::pressure_mbar).pressure_mbar <= 0)
     return conditions;
-  conditions["temperature_c"] = range_json(points, &StoredPoint::temperature_c);
-  conditions["pressure_mbar"] = range_json(points, &StoredPoint::pressure_mbar);
-  conditions["humidity_percent"] = range_json(points, &StoredPoint::humidity_percent);
+  conditions.temperature_c = extent_of(points, &StoredPoint::temperature_c);
+  conditions.pressure_mbar = extent_of(points, &StoredPoint::pressure_mbar);
+  conditions.humidity_percent = extent_of(points, &StoredPoint::humidity_percent);
   return conditions;
 }
 
 /// How a campaign of the cell chooses its poses and identifies, in words: {"Poses planned": "30 to identify,
 /// 30 to validate", ...}.
-json::object options_document(const StoreJournal::Options& of) {
+record::ByName<std::string> options_in_words(const StoreJournal::Options& of) {
   const config::CellConfig& config = of.config;
   const config::CampaignConfig& campaign = config.campaign;
-  json::object options;
+  record::ByName<std::string> options;
   if (!of.source)
     options = {
         {"Poses planned", std::to_string(campaign.identify_poses) + " to identify, " +
                               std::to_string(campaign.validate_poses) + " to validate"},
         {"Poses chosen", boost::to_upper_copy(std::string{name_of(record::kCriteria, campaign.criterion)}) +
                              "-optimal, of " + std::to_string(campaign.candidates) + " candidates"}};
-  for (auto& option : record::options_json(config::calibrate_options(config)))
-    options[option.key()] = std::move(option.value());
+  std::ranges::move(record::options_in_words(config::calibrate_options(config)), std::back_inserter(options));
   return options;
 }
 
 /// Errors of the points measured again (wanted minus measured, as in "points"), with the numbers of their
 /// validation poses.
-json::array remeasured_document(const CampaignResult& result, const config::CellConfig& config) {
+std::vector<record::Remeasured> remeasured_points(const CampaignResult& result,
+                                                  const config::CellConfig& config) {
   const std::vector<StoredPoint> corrected =
       corrected_points(result.points, config, result.resumptions).points;
-  json::array points;
+  std::vector<record::Remeasured> points;
   for (const auto& [point, error_mm] : result.as<CalibrationResult>().remeasured_points) {
     const auto before = std::ranges::find_if(corrected, [&](const StoredPoint& other) {
       return other.purpose == PointPurpose::Validate && other.q_target == point.q_target;
     });
     if (before == corrected.end())
       continue;  // of no use for validation: no corrected point to compare it with
-    const Eigen::Vector3d error = -error_mm;
-    points.push_back(json::object{
-        {"pose", before->pose}, {"smr", point.smr}, {"error", {error.x(), error.y(), error.z()}}});
+    points.push_back({before->pose, point.smr, -error_mm});
   }
   return points;
 }
 
-/// Whole 0.1 um: what follows tells nothing, and a hundred targets are to fit into one message.
+/// Whole 0.1 um: further digits mean nothing, and a hundred targets are to fit into one message.
 double rounded(double mm) { return std::round(mm * 1e4) / 1e4; }
 
-json::object target_json(const TargetOutcome& outcome, std::size_t number, const RobotModel& robot) {
-  json::array errors;
-  for (const double error_mm : outcome.errors_mm) errors.emplace_back(rounded(error_mm));
-  return {{"target", number},
-          {"reached", outcome.reached},
-          {"reason", outcome.reason},
-          {"joints_deg", record::joints_json(outcome.q, robot)},
-          {"errors_mm", std::move(errors)},
-          {"averaged_mm", rounded(outcome.averaged_error_mm)}};
+rpc::TargetsDocument targets_document(const TargetsResult& result, const RobotModel& robot) {
+  const auto reached = std::ranges::count(result.targets, true, &TargetOutcome::reached);
+  rpc::TargetsDocument document{.tolerance_mm = result.loop.tolerance_mm,
+                                .rounds = result.loop.rounds,
+                                .readings = result.readings,
+                                .reached = static_cast<int>(reached)};
+  for (const TargetOutcome& outcome : result.targets) {
+    rpc::TargetsDocument::Target target{.target = static_cast<int>(document.targets.size()) + 1,
+                                        .reached = outcome.reached,
+                                        .reason = outcome.reason,
+                                        .joints_deg = in_deg_mm(outcome.q, robot),
+                                        .averaged_mm = rounded(outcome.averaged_error_mm)};
+    std::ranges::transform(outcome.errors_mm, std::back_inserter(target.errors_mm), rounded);
+    document.targets.push_back(std::move(target));
+  }
+  return document;
 }
 
-json::object position_json(const Eigen::Vector3d& p_mm) {
-  return {{"x", p_mm.x()}, {"y", p_mm.y()}, {"z", p_mm.z()}};
-}
-
-/// What the tracker loop came to:
-/// {"tolerance_mm","rounds","readings","reached","targets":[{"target","reached",
-/// "reason","joints_deg","errors_mm","averaged_mm"}]}, joints in deg (mm of a slide), empty where there are
-/// none; errors rounded to 0.1 um.
-json::object targets_document(const TargetsResult& result, const RobotModel& robot) {
-  json::array targets;
-  for (const TargetOutcome& outcome : result.targets)
-    targets.push_back(target_json(outcome, targets.size() + 1, robot));
-  return {{"tolerance_mm", result.loop.tolerance_mm},
-          {"rounds", result.loop.rounds},
-          {"readings", result.readings},
-          {"reached", std::ranges::count(result.targets, true, &TargetOutcome::reached)},
-          {"targets", std::move(targets)}};
-}
-
-/// The document of `truepose iso9283` with how it was measured: "compensated", "cube" {"x","y","z","edge"}
-/// and "commanded" [{"point","x","y","z"}] in the order of a cycle, all in mm in the base frame.
-json::object iso9283_document_of(const Iso9283Test& test) {
-  json::object document = record::iso9283_document(test.result, test.points, test.frame);
-  document["compensated"] = test.compensated;
-  json::object cube = position_json(test.cube.X_BC.translation());
-  cube["edge"] = test.cube.edge_mm;
-  document["cube"] = std::move(cube);
-  json::array commanded;
+rpc::Iso9283Document iso9283_document_of(const Iso9283Test& test) {
+  rpc::Iso9283Document document{.test = record::iso9283_of(test.result, test.points, test.frame),
+                                .compensated = test.compensated,
+                                .cube = {test.cube.X_BC.translation(), test.cube.edge_mm}};
   for (const Iso9283Stop& stop : test.stops) {
     const TestPoint& point = test.points[stop.point];
-    json::object position = position_json(point.commanded.p_mm);
-    position["point"] = point.name;
-    if (!stop.direction.empty()) position["direction"] = stop.direction;
-    commanded.push_back(std::move(position));
+    document.commanded.push_back({point.name, stop.direction, point.commanded.p_mm});
   }
-  document["commanded"] = std::move(commanded);
   return document;
 }
 
@@ -171,28 +146,24 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
   const config::CellConfig& config = of.config;
   const auto& found = result.as<CalibrationResult>();
   const MeasurementData data = campaign_data(result.points, config, result.resumptions);
-  json::object document = record::calibration_document(found.calibration, data, found.elapsed_s);
-  document["campaign"] =
+  record::CalibrationDocument document = record::calibration_of(found.calibration, data, found.elapsed_s);
+  document.campaign =
       campaign_text(record) + (of.source ? ", of the points of campaign " + of.source->id.substr(0, 8) : "");
-  document["robot"] = record.robot_model + ", serial " + record.robot_serial;
-  document["tracker"] = record.tracker_model + ", serial " + record.tracker_serial;
-  document["model"] = record.model_id;
-  document["date"] = record.ended;
-  document["options"] = options_document(of);
-  document["verdict"] = record::verdict_json(found.verdict);
-  document["noise"] = record::noise_json(*config::calibrate_options(config).noise);
-  document["conditions"] = conditions_document(result, measured_in(of, record));
-  document["skipped"] = record::to_json(result.skipped);
-  if (!result.resumptions.empty()) document["interruptions"] = interruptions_json(result.resumptions);
-  if (found.remeasured) {
-    document["remeasured"] = record::statistics_json(*found.remeasured);
-    document["remeasured_points"] = remeasured_document(result, config);
-  }
-  if (!found.reference_drift_mm.empty()) {
-    document["reference_drift_mm"] =
-        json::array(found.reference_drift_mm.begin(), found.reference_drift_mm.end());
-  }
-  return document;
+  document.robot = record.robot_model + ", serial " + record.robot_serial;
+  document.tracker = record.tracker_model + ", serial " + record.tracker_serial;
+  document.model = record.model_id;
+  document.date = record.ended;
+  document.options = options_in_words(of);
+  document.verdict = found.verdict;
+  document.noise = config::calibrate_options(config).noise;
+  document.conditions = conditions_of(result, measured_in(of, record));
+  document.interruptions = {result.resumptions.begin(), result.resumptions.end()};
+  document.remeasured = found.remeasured;
+  if (found.remeasured) document.remeasured_points = remeasured_points(result, config);
+  document.reference_drift_mm = found.reference_drift_mm;
+  json::object written = record::calibration_document(document);
+  written["skipped"] = record::to_json(result.skipped);  // also where none was
+  return written;
 }
 
 json::object drift_document_of(const DriftResult& drift, std::span<const Measurement> points) {
@@ -241,9 +212,9 @@ std::string document_of(const CampaignResult& result, const CampaignRecord& reco
     return control::json_text(drift_document_of(
         *drift, numbered_points(corrected_points(result.points, config, result.resumptions).points)));
   if (const auto* targets = std::get_if<TargetsResult>(&result.findings))
-    return control::json_text(targets_document(*targets, config.robot.model));
+    return control::json_text(record::to_json(targets_document(*targets, config.robot.model)));
   if (const auto* test = std::get_if<Iso9283Test>(&result.findings))
-    return control::json_text(iso9283_document_of(*test));
+    return control::json_text(record::to_json(iso9283_document_of(*test)));
   if (const auto frame = frame_document_of(result.findings, config.robot.model, record.robot_serial))
     return control::json_text(record::frame_document(*frame));
   return control::json_text(calibration_document_of(result, record, of));

@@ -7,10 +7,10 @@
 
 #include "config/frame_file.hpp"
 #include "config/measurement_file.hpp"
+#include "core/arm/joint_units.hpp"
 #include "daemon/campaign/campaign_past.hpp"
 #include "daemon/cell/file_part.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/record/arm_document.hpp"
 #include "proto/record/frame_document.hpp"
 #include "proto/record/json_io.hpp"
 
@@ -18,99 +18,76 @@ namespace truepose::daemon {
 
 namespace json = boost::json;
 using control::ErrorCode;
-using control::ParamReader;
 using control::RpcError;
 
 namespace {
 
-// A line of the protocol has at most 64 KiB, and a point of a document up to 0.7 kilobyte.
-constexpr std::int64_t kMostDocumentPoints = 50;
-constexpr std::int64_t kMostStoredPoints = 100;
-constexpr std::int64_t kMostPoints = 1'000'000'000;
-
-/// Which campaign, and the part of its points, that a request asks for.
-struct PointsRequest {
-  std::string id;
-  std::size_t offset;
-  std::size_t limit;
-};
-
-std::expected<PointsRequest, RpcError> points_request(const json::object& params, std::int64_t most) {
-  ParamReader read{params};
-  PointsRequest request{
-      .id = read.id("id").value_or(""),
-      .offset = static_cast<std::size_t>(read.integer("points_offset", 0, kMostPoints).value_or(0)),
-      .limit = static_cast<std::size_t>(read.integer("points_limit", 0, most).value_or(0))};
-  if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  return request;
+std::optional<std::string> text_or_none(const std::string& text) {
+  return text.empty() ? std::nullopt : std::optional{text};
 }
-
-json::array vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-json::value id_or_null(const std::string& text) { return text.empty() ? json::value{} : json::value(text); }
 
 }  // namespace
 
-json::object campaign_json(const CampaignRecord& record) {
-  return {{"id", record.id},
-          {"kind", record.kind},
-          {"started", record.started},
-          {"ended", id_or_null(record.ended)},
-          {"state", record.state},
-          {"reason", record.reason},
-          {"robot_model", record.robot_model},
-          {"robot_serial", record.robot_serial},
-          {"tracker_model", record.tracker_model},
-          {"tracker_serial", record.tracker_serial},
-          {"model_id", id_or_null(record.model_id)},
-          {"by", id_or_null(record.started_by)},
-          {"note", record.note},
-          {"points_of", id_or_null(record.points_of)}};
+rpc::CampaignSummary campaign_summary(const CampaignRecord& record) {
+  return {.id = record.id,
+          .kind = record.kind,
+          .started = record.started,
+          .ended = text_or_none(record.ended),
+          .state = record.state,
+          .reason = record.reason,
+          .robot_model = record.robot_model,
+          .robot_serial = record.robot_serial,
+          .tracker_model = record.tracker_model,
+          .tracker_serial = record.tracker_serial,
+          .by = text_or_none(record.started_by),
+          .note = record.note,
+          .model_id = text_or_none(record.model_id),
+          .points_of = text_or_none(record.points_of)};
 }
 
-json::object seen_json(const StoredPoint& point) {
-  json::object seen{{"pose", point.pose},
-                    {"purpose", purpose_name(point.purpose)},
-                    {"smr", point.smr},
-                    {"p_mm", point.p_WS_mm ? vector_json(*point.p_WS_mm) : json::value{}},
-                    {"std_mm", point.p_WS_mm ? vector_json(point.std_mm) : json::value{}}};
+rpc::SeenPoint seen_point(const StoredPoint& point) {
+  rpc::SeenPoint seen{.pose = point.pose,
+                      .purpose = std::string{purpose_name(point.purpose)},
+                      .smr = point.smr,
+                      .p_mm = point.p_WS_mm};
+  if (point.p_WS_mm) seen.std_mm = point.std_mm;
   if (!point.orientation) return seen;
-  seen["abc_deg"] = vector_json(kuka_abc_deg(point.orientation->R_WT));
-  seen["std_abc_deg"] = point.orientation->sigma_rad * kDegPerRad;
+  seen.abc_deg = kuka_abc_deg(point.orientation->R_WT);
+  seen.std_abc_deg = point.orientation->sigma_rad * kDegPerRad;
   return seen;
 }
 
 namespace {
 
-json::object point_json(const RobotModel& robot, const StoredPoint& point) {
-  json::object document = seen_json(point);
-  document["q_target_deg"] = record::joints_json(point.q_target, robot);
-  document["q_commanded_deg"] = record::joints_json(point.q_commanded, robot);
-  document["q_actual_deg"] = record::joints_json(point.q_actual, robot);
-  document["time"] = point.time;
-  return document;
+rpc::Point point_of(const RobotModel& robot, const StoredPoint& point) {
+  rpc::Point x{seen_point(point)};
+  x.q_target_deg = in_deg_mm(point.q_target, robot);
+  x.q_commanded_deg = in_deg_mm(point.q_commanded, robot);
+  x.q_actual_deg = in_deg_mm(point.q_actual, robot);
+  x.time = point.time;
+  return x;
+}
+
+std::vector<rpc::Point> points_of(const StoredCampaign& campaign, const RobotModel& robot, std::size_t offset,
+                                  std::size_t limit) {
+  std::vector<rpc::Point> page;
+  for (std::size_t i = offset; i < campaign.points.size() && page.size() < limit; ++i)
+    page.push_back(point_of(robot, campaign.points[i]));
+  return page;
 }
 
 // What leaves room in a line for the rest of an answer; the ends of lines take two bytes each in JSON.
 constexpr std::size_t kMostBytes = 48 * 1024;
 
-/// A part of a campaign's points.
-struct PointsPage {
-  json::value content;  ///< a list of points, or lines of CSV
-  std::size_t count = 0, total = 0;
-};
-
 /// As many of some points as fit into a line.
-PointsPage points_of(json::array points, std::size_t total) {
-  json::array page;
+std::vector<rpc::Point> fitting(std::vector<rpc::Point> points) {
   std::size_t bytes = 0;
-  for (json::value& point : points) {
-    bytes += control::json_text(point).size() + 1;
-    if (bytes > kMostBytes) break;
-    page.push_back(std::move(point));
-  }
-  const std::size_t count = page.size();
-  return {std::move(page), count, total};
+  const auto does_not_fit = [&bytes](const rpc::Point& point) {
+    bytes += control::json_text(record::to_json(point)).size() + 1;
+    return bytes > kMostBytes;
+  };
+  points.erase(std::ranges::find_if(points, does_not_fit), points.end());
+  return points;
 }
 
 /// A file line by line, the header first.
@@ -122,44 +99,38 @@ std::vector<std::string> rows_of_file(const std::string& text) {
 }
 
 /// As many rows as fit into a line. The first page has the header too.
-PointsPage rows_of(const std::vector<std::string>& rows, std::size_t offset, std::size_t limit) {
-  PointsPage page{.content = {}, .total = rows.size() - 1};
-  std::string csv = offset == 0 ? rows.front() : "";
-  for (std::size_t i = offset + 1; i < rows.size() && page.count < limit; ++i, ++page.count) {
+/// @return how many
+std::size_t append_rows(const std::vector<std::string>& rows, std::size_t offset, std::size_t limit,
+                        std::string& csv) {
+  if (offset == 0) csv = rows.front();
+  std::size_t count = 0;
+  for (std::size_t i = offset + 1; i < rows.size() && count < limit; ++i, ++count) {
     if (csv.size() + rows[i].size() > kMostBytes) break;
     csv += rows[i];
   }
-  page.content = std::move(csv);
-  return page;
+  return count;
 }
 
-json::array points_json(const std::vector<StoredPoint>& points, const RobotModel& robot, std::size_t offset,
-                        std::size_t limit) {
-  json::array page;
-  for (std::size_t i = offset; i < points.size() && page.size() < limit; ++i)
-    page.push_back(point_json(robot, points[i]));
+Answer<rpc::CampaignPoints> page_answer(const StoredCampaign& campaign, const RobotModel& robot,
+                                        const rpc::CampaignPoints& request) {
+  const auto limit = static_cast<std::size_t>(request.limit);
+  rpc::CampaignPoints::Result page{
+      .id = campaign.record.id, .format = request.format, .offset = request.offset};
+  std::size_t end = request.offset, total = campaign.points.size();
+  if (request.format == "csv") {
+    const std::vector<std::string> rows = rows_of_file(measurements_csv(campaign, robot));
+    total = rows.size() - 1;
+    if (total == 0)
+      return std::unexpected(RpcError{
+          ErrorCode::NotFound, "the campaign has no points that identify or validate; ask for format json"});
+    end += append_rows(rows, request.offset, limit, page.csv.emplace());
+  } else {
+    page.points = fitting(points_of(campaign, robot, request.offset, limit));
+    end += page.points->size();
+  }
+  if (end < total) page.next = end;
+  page.total = static_cast<int>(total);
   return page;
-}
-
-/// The answer of campaign.points.
-/// @param format  "json" or "csv"
-MethodResult page_answer(const StoredCampaign& campaign, const RobotModel& robot, const std::string& format,
-                         std::size_t offset, std::size_t limit) {
-  const bool as_csv = format == "csv";
-  PointsPage page =
-      as_csv ? rows_of(rows_of_file(measurements_csv(campaign, robot)), offset, limit)
-             : points_of(points_json(campaign.points, robot, offset, limit), campaign.points.size());
-  if (as_csv && page.total == 0)
-    return std::unexpected(RpcError{
-        ErrorCode::NotFound, "the campaign has no points that identify or validate; ask for format json"});
-  const std::size_t end = offset + page.count;
-  json::object answer{{"id", campaign.record.id},
-                      {"format", format},
-                      {"offset", offset},
-                      {"next", end < page.total ? json::value(end) : json::value{}},
-                      {"total", page.total}};
-  answer[as_csv ? "csv" : "points"] = std::move(page.content);
-  return answer;
 }
 
 /// Leaves of the document's lists of points and poses what lies in the page.
@@ -181,15 +152,18 @@ std::size_t page_points(json::object& document, std::size_t offset, std::size_t 
 
 bool is_of_frame(const CampaignRecord& record) { return record.kind == "tool" || record.kind == "base"; }
 
-/// The document of a campaign under the kinds that have one here. A calibration's is asked for by report.get.
-json::object documents_json(const CampaignRecord& record, bool with_points) {
-  json::object documents{{"drift", nullptr}, {"targets", nullptr}, {"iso9283", nullptr}, {"frame", nullptr}};
+/// Puts the document of a campaign under its kind, where that has one here. A calibration's is asked for by
+/// report.get.
+void add_document(const CampaignRecord& record, bool with_points, rpc::CampaignGet::Result& answer) {
   // Points and a long document do not fit into one line of the protocol.
-  const bool fits = !with_points || record.kind == "drift";
-  const std::string member = is_of_frame(record) ? "frame" : record.kind;
-  if (!fits || !documents.contains(member) || record.document.empty()) return documents;
-  if (auto document = control::parse_json(record.document)) documents[member] = *std::move(document);
-  return documents;
+  if (record.document.empty() || (with_points && record.kind != "drift")) return;
+  json::value* const member = record.kind == "drift"     ? &answer.drift
+                              : record.kind == "targets" ? &answer.targets
+                              : record.kind == "iso9283" ? &answer.iso9283
+                              : is_of_frame(record)      ? &answer.frame
+                                                         : nullptr;
+  if (member == nullptr) return;
+  if (auto document = control::parse_json(record.document)) *member = *std::move(document);
 }
 
 }  // namespace
@@ -209,19 +183,15 @@ StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std
                         *std::move(resumptions)};
 }
 
-json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot, std::size_t offset,
-                             std::size_t limit) {
-  json::object documents = documents_json(campaign.record, limit > 0);
-  return {{"campaign", campaign_json(campaign.record)},
-          {"progress", nullptr},
-          {"skipped", record::to_json(campaign.skipped)},
-          {"interruptions", interruptions_json(campaign.resumptions)},
-          {"drift", documents["drift"]},
-          {"targets", documents["targets"]},
-          {"iso9283", documents["iso9283"]},
-          {"frame", documents["frame"]},
-          {"points_total", campaign.points.size()},
-          {"points", points_json(campaign.points, robot, offset, limit)}};
+rpc::CampaignGet::Result campaign_answer(const StoredCampaign& campaign, const RobotModel& robot,
+                                         std::size_t offset, std::size_t limit) {
+  rpc::CampaignGet::Result answer{.campaign = campaign_summary(campaign.record),
+                                  .skipped = campaign.skipped,
+                                  .interruptions = {campaign.resumptions.begin(), campaign.resumptions.end()},
+                                  .points_total = campaign.points.size(),
+                                  .points = points_of(campaign, robot, offset, limit)};
+  add_document(campaign.record, limit > 0, answer);
+  return answer;
 }
 
 std::expected<CampaignRecord, RpcError> report_record(Store& store, const std::string& id) {
@@ -232,13 +202,12 @@ std::expected<CampaignRecord, RpcError> report_record(Store& store, const std::s
   return **std::move(found);
 }
 
-std::expected<json::object, RpcError> report_answer(const CampaignRecord& record, std::size_t offset,
-                                                    std::size_t limit) {
+Answer<rpc::ReportGet> report_answer(const CampaignRecord& record, std::size_t offset, std::size_t limit) {
   auto document = control::parse_json(record.document);
   if (!document)
     return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
   const std::size_t total = page_points(document->as_object(), offset, limit);
-  return json::object{{"id", record.id}, {"document", *std::move(document)}, {"points_total", total}};
+  return rpc::ReportGet::Result{.id = record.id, .document = *std::move(document), .points_total = total};
 }
 
 namespace {
@@ -270,30 +239,23 @@ std::string measurements_csv(const StoredCampaign& campaign, const RobotModel& r
   return text.str();
 }
 
-std::vector<Method<CampaignArchive>> CampaignArchive::methods() {
-  return {{"campaign.list", &CampaignArchive::list},
-          {"campaign.get", &CampaignArchive::get},
-          {"campaign.points", &CampaignArchive::points},
-          {"campaign.export", &CampaignArchive::measurements},
-          {"report.get", &CampaignArchive::report}};
+std::vector<Served<CampaignArchive>> CampaignArchive::methods() {
+  return {&CampaignArchive::list, &CampaignArchive::get, &CampaignArchive::points,
+          &CampaignArchive::measurements, &CampaignArchive::report};
 }
 
-MethodReply CampaignArchive::list(json::object params) {
-  ParamReader reader{params};
-  const Page page{reader};
-  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
+Reply<rpc::CampaignList> CampaignArchive::list(rpc::CampaignList request) {
   auto job = [this] { return parts_.store.campaigns(); };
   auto records = co_await parts_.store_thread.ask(job);
   if (!records) co_return std::unexpected(store_unusable(records.error()));
-  co_return json::object{{"campaigns", page.of(*records, &campaign_json)}, {"total", records->size()}};
+  co_return rpc::CampaignList::Result{.campaigns = page_of(*records, request, &campaign_summary),
+                                      .total = static_cast<int>(records->size())};
 }
 
-MethodReply CampaignArchive::get(json::object params) {
-  const auto request = points_request(params, kMostStoredPoints);
-  if (!request) co_return std::unexpected(request.error());
+Reply<rpc::CampaignGet> CampaignArchive::get(rpc::CampaignGet request) {
   const auto before = current_();
-  const std::string wanted =
-      request->id.empty() && before && before->running ? before->record.id : request->id;
+  std::string wanted = request.id.value_or("");
+  if (wanted.empty() && before && before->running) wanted = before->record.id;
   auto job = [this, wanted] { return read_campaign(parts_.store, wanted); };
   auto read = co_await parts_.store_thread.ask(job);
   if (!read) co_return std::unexpected(store_unusable(read.error()));
@@ -303,17 +265,18 @@ MethodReply CampaignArchive::get(json::object params) {
   const bool is_current = current && current->record.id == wanted;
   if (is_current) found.record = current->record;
   if (!*read && !is_current) co_return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
-  json::object answer = campaign_answer(found, parts_.config.robot.model, request->offset, request->limit);
+  auto answer = campaign_answer(found, parts_.config.robot.model, request.points_offset,
+                                static_cast<std::size_t>(request.points_limit));
   if (current && current->running && current->record.id == found.record.id)
-    answer["progress"] = current->progress;
+    answer.progress = current->progress;
   co_return answer;
 }
 
 /// Of a stored campaign, read and made by the store's thread: writing the whole file again for each part
 /// takes this thread a few milliseconds only.
-MethodReply CampaignArchive::answer_of(std::string id,
-                                       std::function<MethodResult(const StoredCampaign&)> make) {
-  auto job = [this, id, make]() -> MethodResult {
+template <rpc::Request R>
+Reply<R> CampaignArchive::answer_of(std::string id, std::function<Answer<R>(const StoredCampaign&)> make) {
+  auto job = [this, id, make]() -> Answer<R> {
     const auto found = read_campaign(parts_.store, id);
     if (!found) return std::unexpected(store_unusable(found.error()));
     if (!*found) return std::unexpected(RpcError{ErrorCode::NotFound, "no such campaign"});
@@ -323,47 +286,33 @@ MethodReply CampaignArchive::answer_of(std::string id,
   co_return answer;
 }
 
-MethodReply CampaignArchive::measurements(json::object params) {
-  ParamReader reader{params};
-  const std::string id = reader.id("id").value_or("");
-  const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, INT64_MAX).value_or(0));
-  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
-  auto make = [this, offset](const StoredCampaign& found) -> MethodResult {
+Reply<rpc::CampaignExport> CampaignArchive::measurements(rpc::CampaignExport request) {
+  auto make = [this, offset = request.offset](const StoredCampaign& found) -> Answer<rpc::CampaignExport> {
     const std::string csv = measurements_csv(found, parts_.config.robot.model);
-    return json::object{{"id", found.record.id},
-                        {"offset", offset},
-                        {"data", csv.substr(std::min(offset, csv.size()), kPart)}};
+    return rpc::CampaignExport::Result{.id = found.record.id,
+                                       .offset = offset,
+                                       .data = csv.substr(std::min<std::size_t>(offset, csv.size()), kPart)};
   };
-  auto answer = co_await answer_of(id, make);
+  auto answer = co_await answer_of<rpc::CampaignExport>(request.id.value_or(""), make);
   co_return answer;
 }
 
-MethodReply CampaignArchive::points(json::object params) {
-  ParamReader reader{params};
-  std::string id = reader.id("id").value_or("");
-  const std::string format = reader.text("format").value_or("json");
-  const auto offset = static_cast<std::size_t>(reader.integer("offset", 0, kMostPoints).value_or(0));
-  const auto limit = static_cast<std::size_t>(reader.integer("limit", 1, 1000).value_or(1000));
-  if (format != "json" && format != "csv") reader.fail("format", "expected json or csv");
-  if (auto wrong = reader.finish()) co_return std::unexpected(*wrong);
+Reply<rpc::CampaignPoints> CampaignArchive::points(rpc::CampaignPoints request) {
   const auto current = current_();
-  if (id.empty() && current && current->running) id = current->record.id;
-  auto make = [this, format, offset, limit](const StoredCampaign& found) {
-    return page_answer(found, parts_.config.robot.model, format, offset, limit);
+  if (!request.id && current && current->running) request.id = current->record.id;
+  auto make = [this, request](const StoredCampaign& found) {
+    return page_answer(found, parts_.config.robot.model, request);
   };
-  auto answer = co_await answer_of(id, make);
+  auto answer = co_await answer_of<rpc::CampaignPoints>(request.id.value_or(""), make);
   co_return answer;
 }
 
-MethodReply CampaignArchive::report(json::object params) {
-  const auto request = points_request(params, kMostDocumentPoints);
-  if (!request) co_return std::unexpected(request.error());
-  auto job = [this, id = request->id] { return report_record(parts_.store, id); };
+Reply<rpc::ReportGet> CampaignArchive::report(rpc::ReportGet request) {
+  auto job = [this, id = request.id.value_or("")] { return report_record(parts_.store, id); };
   auto found = co_await parts_.store_thread.ask(job);
   if (!found) co_return std::unexpected(found.error());
-  auto answer = report_answer(*found, request->offset, request->limit);
-  if (!answer) co_return std::unexpected(answer.error());
-  co_return *std::move(answer);
+  auto answer = report_answer(*found, request.points_offset, static_cast<std::size_t>(request.points_limit));
+  co_return answer;
 }
 
 }  // namespace truepose::daemon

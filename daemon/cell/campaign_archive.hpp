@@ -9,6 +9,8 @@
 
 #include "daemon/cell/service.hpp"
 #include "daemon/store/campaign_plan.hpp"
+#include "proto/rpc/campaign.hpp"
+#include "proto/rpc/report.hpp"
 
 namespace truepose::daemon {
 
@@ -25,20 +27,15 @@ struct StoredCampaign {
 /// @param id  empty: the last one
 /// @return nothing where there is none
 StoreResult<std::optional<StoredCampaign>> read_campaign(Store& store, const std::string& id);
-/// Which point it is and what the tracker saw of it, as answers and events have it: {"pose","purpose","smr",
-/// "p_mm","std_mm"}, the last two null where it saw nothing; of a 6-D target "abc_deg" (KUKA's angles) and
-/// "std_abc_deg", the standard deviation of a rotation about each axis.
-boost::json::object seen_json(const StoredPoint& point);
-/// A row of campaign.list.
-boost::json::object campaign_json(const CampaignRecord& record);
+rpc::SeenPoint seen_point(const StoredPoint& point);
+rpc::CampaignSummary campaign_summary(const CampaignRecord& record);
 /// The answer of campaign.get, of a campaign that is not under way.
-boost::json::object campaign_answer(const StoredCampaign& campaign, const RobotModel& robot,
-                                    std::size_t offset, std::size_t limit);
+rpc::CampaignGet::Result campaign_answer(const StoredCampaign& campaign, const RobotModel& robot,
+                                         std::size_t offset, std::size_t limit);
 /// The campaign that a report is asked of: this one, or without an id the last calibration. Blocks.
 std::expected<CampaignRecord, control::RpcError> report_record(Store& store, const std::string& id);
 /// The answer of report.get.
-std::expected<boost::json::object, control::RpcError> report_answer(const CampaignRecord& record,
-                                                                    std::size_t offset, std::size_t limit);
+Answer<rpc::ReportGet> report_answer(const CampaignRecord& record, std::size_t offset, std::size_t limit);
 /// The points to identify and to validate from, as they were measured: a measurement file; of a campaign that
 /// measures a tool the readings of its points, as `truepose tool` reads them. Where the campaign was
 /// interrupted, all as the tracker would have seen them from where it stood at first.
@@ -51,22 +48,23 @@ class CampaignArchive {
   struct Current {
     bool running = false;
     CampaignRecord record;
-    boost::json::value progress;
+    rpc::CampaignProgress progress;
   };
 
   /// @param current  nothing where there was none since the start
   CampaignArchive(const CellParts& parts, std::function<std::optional<Current>()> current)
       : parts_{parts}, current_{std::move(current)} {}
 
-  static std::vector<Method<CampaignArchive>> methods();
+  static std::vector<Served<CampaignArchive>> methods();
 
  private:
-  MethodReply list(boost::json::object params);
-  MethodReply get(boost::json::object params);
-  MethodReply measurements(boost::json::object params);
-  MethodReply report(boost::json::object params);
-  MethodReply points(boost::json::object params);
-  MethodReply answer_of(std::string id, std::function<MethodResult(const StoredCampaign&)> make);
+  Reply<rpc::CampaignList> list(rpc::CampaignList request);
+  Reply<rpc::CampaignGet> get(rpc::CampaignGet request);
+  Reply<rpc::CampaignExport> measurements(rpc::CampaignExport request);
+  Reply<rpc::ReportGet> report(rpc::ReportGet request);
+  Reply<rpc::CampaignPoints> points(rpc::CampaignPoints request);
+  template <rpc::Request R>
+  Reply<R> answer_of(std::string id, std::function<Answer<R>(const StoredCampaign&)> make);
 
   CellParts parts_;
   std::function<std::optional<Current>()> current_;

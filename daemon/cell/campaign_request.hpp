@@ -1,14 +1,12 @@
 #pragma once
 
-#include <boost/json/object.hpp>
 #include <expected>
 #include <string>
-#include <string_view>
 
 #include "config/cell_config.hpp"
 #include "daemon/campaign/campaign_result.hpp"
 #include "daemon/cell/model_service.hpp"
-#include "proto/control/param_reader.hpp"
+#include "proto/rpc/campaign.hpp"
 
 namespace truepose::daemon {
 
@@ -21,25 +19,29 @@ struct CampaignRequest {
 };
 using AskedCampaign = std::expected<CampaignRequest, control::RpcError>;
 
-/// Reads what clients ask for of campaigns. Errors: what is wrong with a parameter, and why there is no model
-/// where the campaign needs one.
+/// Makes orders of what clients ask for of campaigns. Errors: what is wrong with a parameter, and why there
+/// is no model where the campaign needs one.
 class CampaignRequests {
  public:
   CampaignRequests(const config::CellConfig& config, const CellRunner& runner, const ModelService& models)
       : config_{config}, runner_{runner}, models_{models} {}
 
-  /// @param params  those of campaign.start
-  AskedCampaign start(const boost::json::object& params) const;
-  /// @param params  those of drift.check
-  AskedCampaign drift_check(const boost::json::object& params) const;
+  AskedCampaign start(const rpc::CampaignStart& asked) const;
+  AskedCampaign drift_check(const rpc::DriftCheck& asked) const;
 
  private:
-  AskedCampaign of_kind(std::string_view kind, control::ParamReader& read) const;
-  AskedCampaign calibration(control::ParamReader& read) const;
-  AskedCampaign targets(control::ParamReader& read) const;
-  AskedCampaign iso9283(control::ParamReader& read) const;
-  AskedCampaign tool(control::ParamReader& read) const;
-  AskedCampaign base(control::ParamReader& read) const;
+  AskedCampaign of_kind(const rpc::CampaignStart& asked) const;
+  AskedCampaign calibration(const rpc::CampaignStart& asked) const;
+  AskedCampaign targets(const rpc::CampaignStart& asked) const;
+  AskedCampaign iso9283(const rpc::CampaignStart& asked) const;
+  AskedCampaign tool(const rpc::CampaignStart& asked) const;
+  AskedCampaign base(const rpc::CampaignStart& asked) const;
+  /// The cell's, with the seed that is asked for.
+  config::CellConfig config_for(const auto& asked) const {
+    config::CellConfig config = config_;
+    config.campaign.seed = asked.seed.value_or(config.campaign.seed);
+    return config;
+  }
 
   const config::CellConfig& config_;
   const CellRunner& runner_;

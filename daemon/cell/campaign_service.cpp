@@ -9,8 +9,6 @@
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
-using control::ParamReader;
 using control::RpcError;
 
 CampaignService::Run::Run(StoreJournal::Options options, const CellParts& parts, CampaignDevices devices,
@@ -45,33 +43,30 @@ CampaignService::CampaignService(const CellParts& parts, CellRunner& runner, Sto
   runner_.on(CellCommand::AbortCampaign, [this](const std::string& reason) { run_->campaign.abort(reason); });
 }
 
-std::vector<Method<CampaignService>> CampaignService::methods() {
-  return {{"campaign.start", &CampaignService::start},
-          {"drift.check", &CampaignService::drift_check},
-          {"campaign.pause", &CampaignService::pause},
-          {"campaign.resume", &CampaignService::resume},
-          {"campaign.abort", &CampaignService::abort}};
+std::vector<Served<CampaignService>> CampaignService::methods() {
+  return {&CampaignService::start, &CampaignService::drift_check, &CampaignService::pause,
+          &CampaignService::resume, &CampaignService::abort};
 }
 
 // To start one.
 
-MethodReply CampaignService::start(json::object params, std::string by) {
+Reply<rpc::CampaignStart> CampaignService::start(rpc::CampaignStart asked, std::string by) {
   auto refused = co_await store_.try_it();
   if (refused) co_return std::unexpected(*refused);
-  auto asked = requests_.start(params);
-  if (!asked) co_return std::unexpected(asked.error());
-  co_return begin(*std::move(asked), by);
+  auto campaign = requests_.start(asked);
+  if (!campaign) co_return std::unexpected(campaign.error());
+  co_return begin(*std::move(campaign), by);
 }
 
-MethodReply CampaignService::drift_check(json::object params, std::string by) {
+Reply<rpc::DriftCheck> CampaignService::drift_check(rpc::DriftCheck asked, std::string by) {
   auto refused = co_await store_.try_it();
   if (refused) co_return std::unexpected(*refused);
-  auto asked = requests_.drift_check(params);
-  if (!asked) co_return std::unexpected(asked.error());
-  co_return begin(*std::move(asked), by);
+  auto campaign = requests_.drift_check(asked);
+  if (!campaign) co_return std::unexpected(campaign.error());
+  co_return begin(*std::move(campaign), by);
 }
 
-MethodResult CampaignService::begin(CampaignRequest asked, const std::string& by) {
+Answer<rpc::CampaignStart> CampaignService::begin(CampaignRequest asked, const std::string& by) {
   StoreJournal::Options options{.campaign_id = new_uuid(),
                                 .order = order_text(asked.order, asked.config, asked.activate),
                                 .model_id = {},
@@ -83,7 +78,7 @@ MethodResult CampaignService::begin(CampaignRequest asked, const std::string& by
   const CampaignStartRequested start{options.campaign_id};
   const auto launched = launch(std::move(options), std::move(asked.order), start, by);
   if (!launched) return std::unexpected(launched.error());
-  return json::object{{"id", run_->id()}, {"total", run_->campaign.progress().total}};
+  return rpc::CampaignStart::Result{.id = run_->id(), .total = run_->campaign.progress().total};
 }
 
 std::expected<void, RpcError> CampaignService::launch(StoreJournal::Options options, CampaignOrder order,
@@ -142,7 +137,7 @@ asio::awaitable<void> CampaignService::close(Run& run, std::optional<CampaignErr
     if (lost) runner_.apply(DeviceLost{{error->detail, error->what_to_do}}, reason);
   }
   // Last: who waits for the end may command the cell at once.
-  parts_.events.publish(control::Topic::Campaign, progress_json());
+  publish(last_progress());
 }
 
 /// What the store could not take at the end of the last campaign.
@@ -158,48 +153,43 @@ asio::awaitable<void> CampaignService::keep_end() {
   const std::string model = run->journal.record().model_id;
   const std::string by = run->journal.record().started_by;
   if (!model.empty()) co_await models_.announce_made(model, run->journal.activated(), by);
-  parts_.events.publish(control::Topic::Campaign, progress_json());
+  publish(last_progress());
 }
 
-MethodResult CampaignService::request(const json::object& params, const CellEvent& event,
-                                      const std::string& reason, const std::string& by) {
-  if (auto refused = runner_.request(params, event, reason, by)) return std::unexpected(*refused);
-  return progress_json();
+CampaignService::Progress CampaignService::request(const CellEvent& event, const std::string& reason,
+                                                   const std::string& by) {
+  if (auto refused = runner_.apply(event, reason, by)) return std::unexpected(*refused);
+  return last_progress();
 }
 
-MethodReply CampaignService::pause(json::object params, std::string by) {
-  co_return request(params, CampaignPauseRequested{}, "paused by an operator", by);
+Reply<rpc::CampaignPause> CampaignService::pause(rpc::CampaignPause, std::string by) {
+  co_return request(CampaignPauseRequested{}, "paused by an operator", by);
 }
 
-MethodResult CampaignService::pause_because(const std::string& why, const std::string& by) {
-  return request({}, CampaignPauseRequested{}, "paused, since " + why + ": resume the campaign or abort it",
-                 by);
+Answer<rpc::CampaignPause> CampaignService::pause_because(const std::string& why, const std::string& by) {
+  return request(CampaignPauseRequested{}, "paused, since " + why + ": resume the campaign or abort it", by);
 }
 
-MethodReply CampaignService::resume(json::object params, std::string by) {
-  ParamReader read{params};
-  const std::string id = read.id("id").value_or("");
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+Reply<rpc::CampaignResume> CampaignService::resume(rpc::CampaignResume asked, std::string by) {
+  const std::string id = asked.id.value_or("");
   if (!id.empty() && !(running() && id == run_->id())) {
-    MethodResult resumed = co_await resume_interrupted(id, by);
+    auto resumed = co_await resume_interrupted(id, by);
     co_return resumed;
   }
   if (id.empty() && !runner_.in<Paused>()) co_return std::unexpected(nothing_paused());
-  co_return request({}, CampaignResumeRequested{id}, "resumed by an operator", by);
+  co_return request(CampaignResumeRequested{id}, "resumed by an operator", by);
 }
 
-MethodReply CampaignService::abort(json::object params, std::string by) {
-  ParamReader read{params};
-  const std::string id = read.id("id").value_or("");
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+Reply<rpc::CampaignAbort> CampaignService::abort(rpc::CampaignAbort asked, std::string by) {
+  const std::string id = asked.id.value_or("");
   if (!id.empty() && !(running() && id == run_->id())) {
-    MethodResult aborted = co_await abort_interrupted(id);
+    auto aborted = co_await abort_interrupted(id);
     co_return aborted;
   }
-  const MethodResult accepted = request({}, CampaignAbortRequested{}, "aborted by an operator", by);
+  const Progress accepted = request(CampaignAbortRequested{}, "aborted by an operator", by);
   if (!accepted) co_return accepted;
   while (running()) co_await runner_.changed();
-  co_return progress_json();
+  co_return last_progress();
 }
 
 void CampaignService::interrupt(const std::string& reason) {
@@ -209,38 +199,39 @@ void CampaignService::interrupt(const std::string& reason) {
 
 // Events for clients.
 
-void CampaignService::on_progress(const CampaignProgress&) {
-  parts_.events.publish(control::Topic::Campaign, progress_json());
+void CampaignService::publish(const rpc::CampaignProgress& progress) {
+  parts_.events.publish(control::Topic::Campaign, record::to_json(progress));
 }
 
-/// @param why_not  it was not measured
-void CampaignService::publish_measurement(const StoredPoint& point, json::value error_mm,
-                                          const std::string& why_not) {
-  json::object event = seen_json(point);
-  event["campaign_id"] = run_->id();
-  event["error_mm"] = std::move(error_mm);
-  event["reason"] = why_not;
-  parts_.events.publish(control::Topic::Measurement, std::move(event));
+void CampaignService::publish(const StoredPoint& point, std::optional<double> error_mm,
+                              const std::string& why_not) {
+  rpc::PointMeasured measured{seen_point(point)};
+  measured.campaign_id = run_->id();
+  measured.error_mm = error_mm;
+  measured.reason = why_not;
+  parts_.events.publish(control::Topic::Measurement, record::to_json(measured));
 }
+
+void CampaignService::on_progress(const CampaignProgress&) { publish(last_progress()); }
 
 void CampaignService::on_point(const StoredPoint& point, double deviation_mm,
                                const CampaignProgress& progress) {
-  publish_measurement(point, progress.error_mm ? json::value(deviation_mm) : json::value{}, "");
+  publish(point, progress.error_mm ? std::optional{deviation_mm} : std::nullopt, "");
   on_progress(progress);
 }
 
 void CampaignService::on_skipped(const StoredPoint& wanted, const std::string& reason,
                                  const CampaignProgress& progress) {
   log_warning("pose " + std::to_string(wanted.pose) + " skipped: " + reason);
-  publish_measurement(wanted, nullptr, reason);
+  publish(wanted, std::nullopt, reason);
   on_progress(progress);
 }
 
 void CampaignService::on_trouble(const std::string& sentence) {
   log_warning(sentence);
-  json::object progress = progress_json();
-  progress["trouble"] = sentence;
-  parts_.events.publish(control::Topic::Campaign, progress);
+  rpc::CampaignProgress progress = last_progress();
+  progress.trouble = sentence;
+  publish(progress);
 }
 
 void CampaignService::on_waiting(CellDevice device, const std::string& reason) {
@@ -249,30 +240,32 @@ void CampaignService::on_waiting(CellDevice device, const std::string& reason) {
 
 void CampaignService::on_paused(const std::string& sentence) { runner_.apply(CampaignPaused{}, sentence); }
 
-json::object CampaignService::progress_json() const {
+rpc::CampaignProgress CampaignService::last_progress() const {
   const CampaignProgress progress = run_->campaign.progress();
   const CampaignRecord& record = run_->journal.record();
   const bool waits = running() && (runner_.waits() || runner_.in<Paused>());
-  const bool tells_eta = progress.time_left_s && !waits && !run_->ended;
-  std::string_view phase = phase_name(progress.phase);
+  std::string phase{phase_name(progress.phase)};
   if (run_->ended)
     phase = record.state;
   else if (runner_.in<Paused>())
     phase = "paused";
-  return {{"id", record.id},
-          {"kind", record.kind},
-          {"phase", phase},
-          {"done", progress.done},
-          {"total", progress.total},
-          {"error_mm", progress.error_mm ? json::value(*progress.error_mm) : json::value{}},
-          {"eta_s", tells_eta ? json::value(*progress.time_left_s) : json::value{}},
-          {"skipped", progress.skipped},
-          {"left", progress.left()},
-          {"reason", record.reason},
-          {"model_id", record.model_id.empty() ? json::value{} : json::value(record.model_id)}};
+  rpc::CampaignProgress seen{.id = record.id,
+                             .kind = record.kind,
+                             .phase = phase,
+                             .done = progress.done,
+                             .total = progress.total,
+                             .error_mm = progress.error_mm,
+                             .skipped = progress.skipped,
+                             .left = progress.left(),
+                             .reason = record.reason};
+  if (!waits && !run_->ended) seen.eta_s = progress.time_left_s;
+  if (!record.model_id.empty()) seen.model_id = record.model_id;
+  return seen;
 }
 
-json::value CampaignService::json() const { return running() ? progress_json() : json::value{}; }
+std::optional<rpc::CampaignProgress> CampaignService::status() const {
+  return running() ? std::optional{last_progress()} : std::nullopt;
+}
 
 std::optional<CampaignProgress> CampaignService::progress() const {
   return running() ? std::optional{run_->campaign.progress()} : std::nullopt;
@@ -285,7 +278,7 @@ std::optional<CampaignArchive::Current> CampaignService::current() const {
     record.state = "running";
     record.ended.clear();
   }
-  return CampaignArchive::Current{running(), std::move(record), progress_json()};
+  return CampaignArchive::Current{running(), std::move(record), last_progress()};
 }
 
 }  // namespace truepose::daemon

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/json/object.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,31 +10,32 @@
 #include "daemon/campaign/campaign_options.hpp"
 #include "daemon/cell/campaign_archive.hpp"
 #include "daemon/cell/campaign_request.hpp"
+#include "proto/rpc/events.hpp"
 
 namespace truepose::daemon {
 
-/// The campaign of a cell: starts one after the other, and tells clients how far it is.
+/// The campaign of a cell: starts one after the other, and informs clients how far it is.
 class CampaignService final : private CampaignObserver {
  public:
   CampaignService(const CellParts& parts, CellRunner& runner, StoreWatch& store, DeviceService& devices,
                   ModelService& models);
 
-  static std::vector<Method<CampaignService>> methods();
+  static std::vector<Served<CampaignService>> methods();
 
   /// Takes note of the campaigns that were interrupted.
   boost::asio::awaitable<StoreResult<void>> load_interrupted();
   /// Pauses the campaign that is under way, as an operator would.
-  MethodResult pause_because(const std::string& why, const std::string& by);
+  Answer<rpc::CampaignPause> pause_because(const std::string& why, const std::string& by);
   /// Ends the campaign that is under way, where there is one, so that it may continue later.
   void interrupt(const std::string& reason);
   bool running() const { return run_ && !run_->ended; }
   /// The last one, under way or ended.
   std::optional<CampaignArchive::Current> current() const;
-  /// How far the campaign is that is under way; null where none is.
-  boost::json::value json() const;
+  /// How far the campaign is that is under way, as clients see it, and as it says itself.
+  std::optional<rpc::CampaignProgress> status() const;
   std::optional<CampaignProgress> progress() const;
   /// Those that may continue, the last begun first.
-  boost::json::array interrupted_json() const;
+  std::vector<rpc::InterruptedCampaign> interrupted_campaigns() const;
   /// What may be asked for because of them.
   std::vector<std::string> also_allowed() const;
 
@@ -51,18 +51,19 @@ class CampaignService final : private CampaignObserver {
     const std::string& id() const { return journal.record().id; }
   };
 
-  MethodReply start(boost::json::object params, std::string by);
-  MethodReply drift_check(boost::json::object params, std::string by);
-  MethodReply pause(boost::json::object params, std::string by);
-  MethodReply resume(boost::json::object params, std::string by);
-  MethodReply abort(boost::json::object params, std::string by);
+  using Progress = std::expected<rpc::CampaignProgress, control::RpcError>;
 
-  MethodResult begin(CampaignRequest asked, const std::string& by);
+  Reply<rpc::CampaignStart> start(rpc::CampaignStart asked, std::string by);
+  Reply<rpc::DriftCheck> drift_check(rpc::DriftCheck asked, std::string by);
+  Reply<rpc::CampaignPause> pause(rpc::CampaignPause, std::string by);
+  Reply<rpc::CampaignResume> resume(rpc::CampaignResume request, std::string by);
+  Reply<rpc::CampaignAbort> abort(rpc::CampaignAbort request, std::string by);
+
+  Answer<rpc::CampaignStart> begin(CampaignRequest asked, const std::string& by);
   std::expected<void, control::RpcError> launch(StoreJournal::Options options, CampaignOrder order,
                                                 const CellEvent& event, const std::string& by,
                                                 std::shared_ptr<const CampaignPast> past = {});
-  MethodResult request(const boost::json::object& params, const CellEvent& event, const std::string& reason,
-                       const std::string& by);
+  Progress request(const CellEvent& event, const std::string& reason, const std::string& by);
 
   // Of one that was interrupted.
   struct ResumableCampaign {
@@ -75,8 +76,8 @@ class CampaignService final : private CampaignObserver {
   /// @param why  it did not continue
   boost::asio::awaitable<void> keep_interrupted(std::string id, std::string why);
   boost::asio::awaitable<StoreResult<void>> keep(CampaignRecord record);
-  MethodReply resume_interrupted(std::string id, std::string by);
-  MethodReply abort_interrupted(std::string id);
+  boost::asio::awaitable<Progress> resume_interrupted(std::string id, std::string by);
+  boost::asio::awaitable<Progress> abort_interrupted(std::string id);
   boost::asio::awaitable<std::expected<CampaignOrder, control::RpcError>> order_of(std::string kind,
                                                                                    KeptOrder kept);
   std::expected<BaseOrder, control::RpcError> touching_order(const KeptOrder& kept,
@@ -87,8 +88,10 @@ class CampaignService final : private CampaignObserver {
   boost::asio::awaitable<void> run(std::shared_ptr<Run> run);
   boost::asio::awaitable<void> close(Run& run, std::optional<CampaignError> error);
   boost::asio::awaitable<void> keep_end();
-  boost::json::object progress_json() const;
-  void publish_measurement(const StoredPoint& point, boost::json::value error_mm, const std::string& why_not);
+  /// Of the campaign that is under way, or of the last one.
+  rpc::CampaignProgress last_progress() const;
+  void publish(const rpc::CampaignProgress& progress);
+  void publish(const StoredPoint& point, std::optional<double> error_mm, const std::string& why_not);
 
   void on_progress(const CampaignProgress& progress) override;
   void on_point(const StoredPoint& point, double deviation_mm, const CampaignProgress& progress) override;

@@ -78,7 +78,9 @@ MethodReply DaemonCell::call(std::string method, json::object params, std::strin
 }
 
 MethodReply DaemonCell::pause(std::string why, std::string by) {
-  co_return campaigns_.pause_because(why, by);
+  const auto paused = campaigns_.pause_because(why, by);
+  if (!paused) co_return std::unexpected(paused.error());
+  co_return record::to_json(*paused);
 }
 
 asio::awaitable<void> DaemonCell::watch() {

@@ -1,26 +1,20 @@
 #include "daemon/cell/identification_service.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <limits>
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "core/calibrate/option_names.hpp"
 #include "daemon/campaign/identification.hpp"
 #include "daemon/cell/busy.hpp"
 #include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/record/calibration_document.hpp"
-#include "proto/text/renamed.hpp"
 
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using control::ErrorCode;
-using control::ParamReader;
 using control::RpcError;
 
 namespace {
@@ -28,26 +22,18 @@ namespace {
 /// Where no pose was measured to validate, so many of those that were measured identify.
 constexpr double kUsualSplit = 0.7;
 
-/// What one of the names of an option stands for, left as it is where the option is not given.
-template <typename T, std::size_t N>
-void read_named(ParamReader& read, const char* key, const std::array<Named<T>, N>& names, T& value) {
-  const auto given = read.text(key);
-  if (!given) return;
-  const auto known = std::ranges::find(names, *given, &Named<T>::name);
-  if (known != names.end()) value = known->value;
-  if (known == names.end())
-    read.fail(key, "no " + std::string{key} + " \"" + *given + "\"" + renamed(*given, names_of(names)));
-}
-
-void read_options(ParamReader& read, config::CellConfig& config) {
+/// The cell's configuration with the options that were asked for.
+config::CellConfig with_options(config::CellConfig config, const rpc::CampaignIdentify& asked) {
   config::CalibrationConfig& options = config.calibration;
-  read_named(read, "non_geometric", kNoneOrAuto, options.non_geometric);
-  if (auto harmonics = read.integers("harmonics", 1, 10'000, 32)) options.harmonics = *std::move(harmonics);
-  read_named(read, "residual", kFieldNames, options.field);
-  read_named(read, "loss", kLossNames, options.loss);
-  read_named(read, "prior", kPriorNames, options.prior);
-  bool& by_nests = config.campaign.correct_by_nests;
-  by_nests = read.boolean("correct_by_nests").value_or(by_nests);
+  options.non_geometric = asked.non_geometric.value_or(options.non_geometric);
+  options.harmonics = asked.harmonics.value_or(options.harmonics);
+  options.field = asked.residual.value_or(options.field);
+  options.loss = asked.loss.value_or(options.loss);
+  options.prior = asked.prior.value_or(options.prior);
+  config::CampaignConfig& campaign = config.campaign;
+  campaign.correct_by_nests = asked.correct_by_nests.value_or(campaign.correct_by_nests);
+  campaign.seed = asked.seed.value_or(campaign.seed);
+  return config;
 }
 
 /// Empty: they are of such an arm.
@@ -63,28 +49,12 @@ std::optional<std::string> too_few(const std::vector<StoredPoint>& points, confi
   return config::too_few_poses(config);
 }
 
-json::value mean_or_null(const std::optional<StageErrors>& stage, ErrorStatistics StageErrors::*of) {
-  return stage ? json::value(((*stage).*of).mean) : json::value{};
+std::optional<double> mean_or_none(const std::optional<StageErrors>& stage,
+                                   ErrorStatistics StageErrors::*of) {
+  return stage ? std::optional{((*stage).*of).mean} : std::nullopt;
 }
 
 }  // namespace
-
-std::vector<Method<IdentificationService>> IdentificationService::methods() {
-  return {{"campaign.identify", &IdentificationService::identify}};
-}
-
-std::expected<IdentificationService::Request, RpcError> IdentificationService::request(
-    const json::object& params) const {
-  ParamReader read{params};
-  Request request{.id = read.required(read.id("id"), "id"), .config = parts_.config, .split = {}};
-  read_options(read, request.config);
-  request.split = read.number("split", 0.1, 1);
-  const auto seed = read.integer("seed", 0, std::numeric_limits<std::int64_t>::max());
-  if (seed) request.config.campaign.seed = static_cast<std::uint64_t>(*seed);
-  request.activate = read.boolean("activate").value_or(false);
-  if (auto wrong = read.finish()) return std::unexpected(*wrong);
-  return request;
-}
 
 asio::awaitable<std::expected<IdentificationService::Source, RpcError>> IdentificationService::read(
     std::string id) {
@@ -118,12 +88,12 @@ std::expected<IdentificationService::Made, std::string> IdentificationService::m
     return std::unexpected(other);
   Made made;
   const bool none_validates = count_poses(points, PointPurpose::Validate) == 0;
-  if (request.split || none_validates) {
+  if (request.asked.split || none_validates) {
     made.validate =
-        drawn_to_validate(points, request.split.value_or(kUsualSplit), request.config.campaign.seed);
+        drawn_to_validate(points, request.asked.split.value_or(kUsualSplit), request.config.campaign.seed);
     assign_validation_set(*made.validate, points);
   }
-  if (!request.split && none_validates && too_few(points, request.config)) {
+  if (!request.asked.split && none_validates && too_few(points, request.config)) {
     // Better a model that nothing validates than none.
     made.validate.reset();
     points = source.points;
@@ -143,30 +113,29 @@ std::expected<IdentificationService::Made, std::string> IdentificationService::m
   return made;
 }
 
-MethodReply IdentificationService::identify(json::object params, std::string by) {
-  auto asked = request(params);
-  if (!asked) co_return std::unexpected(asked.error());
+Reply<rpc::CampaignIdentify> IdentificationService::identify(rpc::CampaignIdentify asked, std::string by) {
   if (busy_) co_return std::unexpected(RpcError{ErrorCode::Busy, "another identification is under way"});
   const Busy busy{busy_};
-  auto source = co_await read(asked->id);
+  auto source = co_await read(asked.id);
   if (!source) co_return std::unexpected(source.error());
   const CampaignRecord record = source->record;
-  auto job = [request = *asked, points = *source] { return make(request, points); };
+  Request request{asked, with_options(parts_.config, asked)};
+  auto job = [request, points = *source] { return make(request, points); };
   auto made = co_await parts_.compute_thread.ask(job);
   if (!made)
     co_return std::unexpected(
         runner_.wrong_state("campaign " + record.id + " yields no model: " + made.error()));
-  Request kept = *std::move(asked);
   Made model = *std::move(made);
-  MethodResult answer = co_await keep(std::move(kept), record, std::move(model), std::move(by));
+  auto answer = co_await keep(std::move(request), record, std::move(model), std::move(by));
   co_return answer;
 }
 
-MethodReply IdentificationService::keep(Request request, CampaignRecord source, Made made, std::string by) {
+Reply<rpc::CampaignIdentify> IdentificationService::keep(Request request, CampaignRecord source, Made made,
+                                                         std::string by) {
   StoreJournal::Options options{.campaign_id = new_uuid(),
                                 .model_id = new_uuid(),
                                 .config = request.config,
-                                .activate = request.activate,
+                                .activate = request.asked.activate,
                                 .started_by = by,
                                 .source = source,
                                 .validate = made.validate};
@@ -187,17 +156,17 @@ MethodReply IdentificationService::keep(Request request, CampaignRecord source, 
   if (!record.reason.empty()) log_warning(record.reason);
   co_await models_.announce_made(record.model_id, journal.activated(), by);
   const auto& found = result->as<CalibrationResult>();
-  co_return json::object{
-      {"id", record.id},
-      {"points_of", source.id},
-      {"model_id", record.model_id},
-      {"activated", journal.activated()},
-      {"reason", record.reason},
-      {"identify_poses", count_poses(result->points, PointPurpose::Identify)},
-      {"validate_poses", count_poses(result->points, PointPurpose::Validate)},
-      {"validation_before_mm", mean_or_null(found.calibration.validate, &StageErrors::before)},
-      {"validation_after_mm", mean_or_null(found.calibration.validate, &StageErrors::after)},
-      {"verdict", record::verdict_json(found.verdict)}};
+  co_return rpc::CampaignIdentify::Result{
+      .id = record.id,
+      .points_of = source.id,
+      .model_id = record.model_id,
+      .activated = journal.activated(),
+      .reason = record.reason,
+      .identify_poses = count_poses(result->points, PointPurpose::Identify),
+      .validate_poses = count_poses(result->points, PointPurpose::Validate),
+      .validation_before_mm = mean_or_none(found.calibration.validate, &StageErrors::before),
+      .validation_after_mm = mean_or_none(found.calibration.validate, &StageErrors::after),
+      .verdict = record::verdict_json(found.verdict)};
 }
 
 }  // namespace truepose::daemon

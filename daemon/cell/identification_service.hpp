@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/json/object.hpp>
 #include <expected>
 #include <optional>
 #include <string>
@@ -8,6 +7,7 @@
 
 #include "daemon/cell/model_service.hpp"
 #include "daemon/cell/store_watch.hpp"
+#include "proto/rpc/campaign.hpp"
 
 namespace truepose::daemon {
 
@@ -18,14 +18,12 @@ class IdentificationService {
   IdentificationService(const CellParts& parts, CellRunner& runner, StoreWatch& store, ModelService& models)
       : parts_{parts}, runner_{runner}, store_{store}, models_{models} {}
 
-  static std::vector<Method<IdentificationService>> methods();
+  static std::vector<Served<IdentificationService>> methods() { return {&IdentificationService::identify}; }
 
  private:
   struct Request {
-    std::string id;
-    config::CellConfig config;    ///< the cell's, with the options that were asked for
-    std::optional<double> split;  ///< share of the poses that identify
-    bool activate = false;
+    rpc::CampaignIdentify asked;
+    config::CellConfig config;  ///< the cell's, with the options that were asked for
   };
   /// What there is to identify from.
   struct Source {
@@ -38,12 +36,11 @@ class IdentificationService {
     std::optional<std::vector<int>> validate;  ///< where the poses that validate were drawn
   };
 
-  MethodReply identify(boost::json::object params, std::string by);
+  Reply<rpc::CampaignIdentify> identify(rpc::CampaignIdentify asked, std::string by);
 
-  std::expected<Request, control::RpcError> request(const boost::json::object& params) const;
   boost::asio::awaitable<std::expected<Source, control::RpcError>> read(std::string id);
   static std::expected<Made, std::string> make(Request request, Source source);
-  MethodReply keep(Request request, CampaignRecord source, Made made, std::string by);
+  Reply<rpc::CampaignIdentify> keep(Request request, CampaignRecord source, Made made, std::string by);
 
   CellParts parts_;
   CellRunner& runner_;

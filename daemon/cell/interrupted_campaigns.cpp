@@ -14,7 +14,6 @@
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 
@@ -27,18 +26,17 @@ std::string described(const InterruptedCampaign& one) {
 
 const std::string& id_of(const InterruptedCampaign& one) { return one.record.id; }
 
-json::object progress_of(const InterruptedCampaign& one) {
-  return {{"id", one.record.id},
-          {"kind", one.record.kind},
-          {"phase", one.record.state},
-          {"done", one.done},
-          {"total", std::max(one.total, one.done + one.skipped)},
-          {"error_mm", nullptr},
-          {"eta_s", nullptr},
-          {"skipped", one.skipped},
-          {"left", std::max(0, one.total - one.done - one.skipped)},
-          {"reason", one.record.reason},
-          {"model_id", nullptr}};
+int total_of(const InterruptedCampaign& one) { return std::max(one.total, one.done + one.skipped); }
+
+rpc::CampaignProgress progress_of(const InterruptedCampaign& one) {
+  return {.id = one.record.id,
+          .kind = one.record.kind,
+          .phase = one.record.state,
+          .done = one.done,
+          .total = total_of(one),
+          .skipped = one.skipped,
+          .left = std::max(0, one.total - one.done - one.skipped),
+          .reason = one.record.reason};
 }
 
 }  // namespace
@@ -53,16 +51,16 @@ asio::awaitable<StoreResult<void>> CampaignService::load_interrupted() {
   co_return StoreResult<void>{};
 }
 
-json::array CampaignService::interrupted_json() const {
-  json::array all;
+std::vector<rpc::InterruptedCampaign> CampaignService::interrupted_campaigns() const {
+  std::vector<rpc::InterruptedCampaign> all;
   for (const InterruptedCampaign& one : interrupted_)
-    all.push_back(json::object{{"id", one.record.id},
-                               {"kind", one.record.kind},
-                               {"started", one.record.started},
-                               {"interrupted", one.record.ended},
-                               {"done", one.done},
-                               {"total", std::max(one.total, one.done + one.skipped)},
-                               {"reason", one.record.reason}});
+    all.push_back({.id = one.record.id,
+                   .kind = one.record.kind,
+                   .started = one.record.started,
+                   .interrupted = one.record.ended,
+                   .done = one.done,
+                   .total = total_of(one),
+                   .reason = one.record.reason});
   return all;
 }
 
@@ -185,12 +183,13 @@ asio::awaitable<void> CampaignService::keep_interrupted(std::string id, std::str
   const auto one = std::ranges::find(interrupted_, id, id_of);
   if (one == interrupted_.end()) co_return;  // another client has aborted it meanwhile
   one->record.reason = std::move(why);
-  parts_.events.publish(control::Topic::Campaign, progress_of(*one));
+  publish(progress_of(*one));
   const auto kept = co_await keep(one->record);
-  static_cast<void>(kept);  // a fault tells where it is not
+  static_cast<void>(kept);  // a fault says where it is not
 }
 
-MethodReply CampaignService::resume_interrupted(std::string id, std::string by) {
+asio::awaitable<CampaignService::Progress> CampaignService::resume_interrupted(std::string id,
+                                                                               std::string by) {
   if (const auto known = interrupted(id); !known) co_return std::unexpected(known.error());
   auto with = co_await resumable_campaign(id);
   if (!with && with.error().code != ErrorCode::Store) co_await keep_interrupted(id, with.error().message);
@@ -202,10 +201,10 @@ MethodReply CampaignService::resume_interrupted(std::string id, std::string by) 
       launch(std::move(with->options), std::move(with->order), resume, by, std::move(with->past));
   if (!launched) co_return std::unexpected(launched.error());
   std::erase_if(interrupted_, [&id](const InterruptedCampaign& one) { return one.record.id == id; });
-  co_return progress_json();
+  co_return last_progress();
 }
 
-MethodReply CampaignService::abort_interrupted(std::string id) {
+asio::awaitable<CampaignService::Progress> CampaignService::abort_interrupted(std::string id) {
   const auto known = interrupted(id);
   if (!known) co_return std::unexpected(known.error());
   InterruptedCampaign ended = **known;
@@ -218,8 +217,8 @@ MethodReply CampaignService::abort_interrupted(std::string id) {
     co_await load_interrupted();
     co_return std::unexpected(store_unusable(kept.error()));
   }
-  json::object progress = progress_of(ended);
-  parts_.events.publish(control::Topic::Campaign, progress);
+  const rpc::CampaignProgress progress = progress_of(ended);
+  publish(progress);
   co_return progress;
 }
 

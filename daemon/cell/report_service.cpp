@@ -42,10 +42,6 @@ std::expected<std::string, std::string> page_of(const std::string& document, con
 
 }  // namespace
 
-std::vector<Method<ReportService>> ReportService::methods() {
-  return {{"report.html", &ReportService::html}};
-}
-
 boost::asio::awaitable<ReportService::Made> ReportService::make(std::string id) {
   auto read = [this, id] { return report_record(parts_.store, id); };
   const auto record = co_await parts_.store_thread.ask(read);
@@ -61,16 +57,13 @@ boost::asio::awaitable<ReportService::Made> ReportService::make(std::string id) 
   co_return page;
 }
 
-MethodReply ReportService::html(json::object params) {
-  control::ParamReader read{params};
-  const std::string id = read.id("id").value_or("");
-  const auto offset = static_cast<std::size_t>(read.integer("offset", 0, 1'000'000'000).value_or(0));
-  if (auto wrong = read.finish()) co_return std::unexpected(*wrong);
+Reply<rpc::ReportHtml> ReportService::html(rpc::ReportHtml request) {
+  const std::string id = request.id.value_or("");
   // Without an id the parts that follow are of the page whose first was: a campaign may have ended meanwhile.
   const std::string& begun = id.empty() ? begun_unnamed_ : id;
   const auto kept = std::ranges::find_if(pages_, [&](const auto& page) { return page->id == begun; });
   std::shared_ptr<const Page> page;
-  if (offset > 0 && kept != pages_.end()) {
+  if (request.offset > 0 && kept != pages_.end()) {
     page = *kept;
   } else {
     auto made = co_await make(id);
@@ -78,14 +71,14 @@ MethodReply ReportService::html(json::object params) {
     page = *made;
     if (id.empty()) begun_unnamed_ = page->id;
   }
-  const std::string_view part = part_of_page(page->html, offset);
-  const std::size_t end = offset + part.size();
-  co_return json::object{{"id", page->id},
-                         {"offset", offset},
-                         {"html", json::string_view{part.data(), part.size()}},
-                         {"next", end < page->html.size() ? json::value(end) : json::value{}},
-                         {"bytes", page->html.size()},
-                         {"made", page->made}};
+  const std::string_view part = part_of_page(page->html, request.offset);
+  rpc::ReportHtml::Result result{.id = page->id,
+                                 .offset = request.offset,
+                                 .html = std::string{part},
+                                 .bytes = page->html.size(),
+                                 .made = page->made};
+  if (const std::size_t end = request.offset + part.size(); end < page->html.size()) result.next = end;
+  co_return result;
 }
 
 }  // namespace truepose::daemon

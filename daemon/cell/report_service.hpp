@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/cell/service.hpp"
+#include "proto/rpc/report.hpp"
 
 namespace truepose::daemon {
 
@@ -20,7 +21,7 @@ class ReportService {
   ReportService(const CellParts& parts, std::function<boost::json::object()> stream)
       : parts_{parts}, stream_{std::move(stream)} {}
 
-  static std::vector<Method<ReportService>> methods();
+  static std::vector<Served<ReportService>> methods() { return {&ReportService::html}; }
 
  private:
   /// A page that was made, for who asks for its parts one after the other.
@@ -31,7 +32,7 @@ class ReportService {
   };
   using Made = std::expected<std::shared_ptr<const Page>, control::RpcError>;
 
-  MethodReply html(boost::json::object params);
+  Reply<rpc::ReportHtml> html(rpc::ReportHtml request);
   boost::asio::awaitable<Made> make(std::string id);
 
   CellParts parts_;

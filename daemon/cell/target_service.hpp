@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "daemon/cell/model_service.hpp"
+#include "proto/rpc/targets.hpp"
 
 namespace truepose::daemon {
 
@@ -11,19 +12,21 @@ class TargetService {
  public:
   TargetService(const CellParts& parts, ModelService& models) : parts_{parts}, models_{models} {}
 
-  static std::vector<Method<TargetService>> methods() {
-    return {{"targets.compensate", &TargetService::compensate}};
-  }
+  static std::vector<Served<TargetService>> methods() { return {&TargetService::compensate}; }
 
  private:
-  MethodReply compensate(boost::json::object params);
+  Reply<rpc::TargetsCompensate> compensate(rpc::TargetsCompensate request);
 
   CellParts parts_;
   ModelService& models_;
 };
 
-/// The joints of the nominal arm at poses of the flange (mm, KUKA's angles in deg); an error names the row.
-std::expected<std::vector<JointVector>, control::RpcError> joints_at(
-    const std::vector<std::vector<double>>& poses, const RobotModel& nominal);
+using Joints = std::expected<std::vector<JointVector>, control::RpcError>;
+
+/// Joints that a request gives in deg (mm for a prismatic joint). Error: which row has not as many as the
+/// arm.
+Joints joints_given(const std::vector<std::vector<double>>& rows, const RobotModel& nominal);
+/// The joints of the nominal arm at poses of the flange; an error names the row.
+Joints joints_at(const std::vector<rpc::PoseRow>& poses, const RobotModel& nominal);
 
 }  // namespace truepose::daemon

@@ -98,7 +98,25 @@ Thermal thermal_of(const ThermalChoice& choice, const RobotModel& robot) {
   return x;
 }
 
-CalibrationDocument document_of(const Calibration& c, const MeasurementData& data, double elapsed_s) {
+std::string harmonics_text(const CalibrateOptions& options) {
+  std::string text;
+  for (const int order : options.harmonics) text += (text.empty() ? "" : ", ") + std::to_string(order);
+  return text;
+}
+
+}  // namespace
+
+ByName<std::string> options_in_words(const CalibrateOptions& options) {
+  ByName<std::string> words{{"Loss", std::string{name_of(kLossNames, options.loss)}},
+                            {"Prior", std::string{name_of(kPriorNames, options.prior)}},
+                            {"Non-geometric errors", options.non_geometric ? "auto" : "none"},
+                            {"Residual field", std::string{name_of(kFieldNames, options.field)}},
+                            {"Warmth", std::string{name_of(kThermalNames, options.thermal)}}};
+  if (options.non_geometric) words.emplace_back("Harmonics looked for", harmonics_text(options));
+  return words;
+}
+
+CalibrationDocument calibration_of(const Calibration& c, const MeasurementData& data, double elapsed_s) {
   assert(c.points.size() == data.points.size());
   const std::vector<int> poses = named_pose_numbers(data.points);
   CalibrationDocument x;
@@ -131,27 +149,9 @@ CalibrationDocument document_of(const Calibration& c, const MeasurementData& dat
   return x;
 }
 
-std::string harmonics_text(const CalibrateOptions& options) {
-  std::string text;
-  for (const int order : options.harmonics) text += (text.empty() ? "" : ", ") + std::to_string(order);
-  return text;
-}
-
-}  // namespace
-
-json::object options_json(const CalibrateOptions& options) {
-  json::object document{{"Loss", name_of(kLossNames, options.loss)},
-                        {"Prior", name_of(kPriorNames, options.prior)},
-                        {"Non-geometric errors", options.non_geometric ? "auto" : "none"},
-                        {"Residual field", name_of(kFieldNames, options.field)},
-                        {"Warmth", name_of(kThermalNames, options.thermal)}};
-  if (options.non_geometric) document["Harmonics looked for"] = harmonics_text(options);
-  return document;
-}
-
 json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
                                   double elapsed_s) {
-  return calibration_document(document_of(calibration, data, elapsed_s));
+  return calibration_document(calibration_of(calibration, data, elapsed_s));
 }
 
 }  // namespace truepose::record

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/json/fwd.hpp>
+#include <string>
 
 #include "core/calibrate/calibrate_options.hpp"
 #include "core/calibrate/calibration.hpp"
@@ -12,10 +13,12 @@ namespace truepose::record {
 ///
 /// @param data       the measurements that `calibration` came from
 /// @param elapsed_s  time that the identification took
+CalibrationDocument calibration_of(const Calibration& calibration, const MeasurementData& data,
+                                   double elapsed_s);
 boost::json::object calibration_document(const Calibration& calibration, const MeasurementData& data,
                                          double elapsed_s);
 
 /// How a calibration was made, in words, for whom reads its document later: {"Loss": "squared", ...}.
-boost::json::object options_json(const CalibrateOptions& options);
+ByName<std::string> options_in_words(const CalibrateOptions& options);
 
 }  // namespace truepose::record

@@ -85,8 +85,8 @@ std::vector<std::string> poses_without_cycle(std::span<const TestPoint> points) 
   return names;
 }
 
-boost::json::object iso9283_document(const Iso9283Result& result, std::span<const TestPoint> points,
-                                     Iso9283Frame frame) {
+Iso9283Document iso9283_of(const Iso9283Result& result, std::span<const TestPoint> points,
+                           Iso9283Frame frame) {
   const std::vector<std::string> missing = poses_without_cycle(points);
   const int fewest = missing.empty() ? result.fewest_cycles : 0;
   Iso9283Document x{.frame = frame,
@@ -102,7 +102,12 @@ boost::json::object iso9283_document(const Iso9283Result& result, std::span<cons
     x.variations.push_back({points[v.point].name, v.series, v.directions, v.variation});
   for (const PointDrift& d : result.drifts)
     x.drifts.push_back({points[d.point].name, d.direction, d.series, d.drift});
-  return to_json(x);
+  return x;
+}
+
+boost::json::object iso9283_document(const Iso9283Result& result, std::span<const TestPoint> points,
+                                     Iso9283Frame frame) {
+  return to_json(iso9283_of(result, points, frame));
 }
 
 std::expected<Iso9283Document, std::string> read_iso9283_document(const boost::json::object& document) {

@@ -55,6 +55,8 @@ void layout(Io& io, Iso9283Document& x);
 /// Names of the commanded poses that no cycle came to.
 std::vector<std::string> poses_without_cycle(std::span<const TestPoint> points);
 
+Iso9283Document iso9283_of(const Iso9283Result& result, std::span<const TestPoint> points,
+                           Iso9283Frame frame);
 boost::json::object iso9283_document(const Iso9283Document& document);
 boost::json::object iso9283_document(const Iso9283Result& result, std::span<const TestPoint> points,
                                      Iso9283Frame frame);

@@ -1,10 +1,32 @@
 #include "proto/rpc/campaign.hpp"
 
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include "core/calibrate/option_names.hpp"
 #include "proto/record/forms.hpp"
 
 namespace truepose::rpc {
 
-using record::kCount, record::OneOf, record::Range, record::Size, record::Whole;
+using record::kCount, record::kLargeCount, record::OneOf, record::Range, record::Size, record::Whole;
+
+namespace {
+
+/// The parameters of each kind. Every kind has kind and note.
+const std::map<std::string_view, std::set<std::string_view>>& params_of_kinds() {
+  static const std::map<std::string_view, std::set<std::string_view>> kParams{
+      {"calibration", {"identify_poses", "validate_poses", "seed", "remeasure", "activate"}},
+      {"targets", {"joints", "poses", "validate_poses", "rounds", "tolerance_mm", "readings", "seed"}},
+      {"iso9283", {"cycles", "variation", "compensate", "seed"}},
+      {"tool",
+       {"number", "points", "at", "nominal", "facing", "orientation", "together", "poses_per_point", "seed"}},
+      {"base", {"number", "points", "at", "nominal", "touch", "readings"}}};
+  return kParams;
+}
+
+}  // namespace
 
 void layout(Io& io, CampaignProgress& x) {
   io.record("CampaignProgress");
@@ -22,8 +44,8 @@ void layout(Io& io, CampaignProgress& x) {
       .nullable("error_mm", x.error_mm);
   io.about("Time left, s; null while unknown, and while the campaign is paused or waits for a device")
       .nullable("eta_s", x.eta_s);
-  io.about("Poses given up so far").optional("skipped", x.skipped);
-  io.about("Poses to come: done, skipped and left are total").optional("left", x.left);
+  io.about("Poses given up so far").optional("skipped", x.skipped, kCount);
+  io.about("Poses to come: done, skipped and left are total").optional("left", x.left, kCount);
   io.about("Why it was aborted or interrupted or failed, or its model not activated; else empty")
       .optional("reason", x.reason);
   io.about("Only in an event: an attempt failed, or a device is waited for, and what is done about it")
@@ -62,28 +84,33 @@ void layout(Io& io, InterruptedCampaign& x) {
   io.about("Why it was interrupted, or did not resume")("reason", x.reason);
 }
 
-void layout(Io& io, Point& x) {
-  io.record("Point");
+void layout(Io& io, SeenPoint& x) {
   io.about("Its number in the campaign, from 1, as in documents, files and messages")("pose", x.pose, kCount);
   io("purpose", x.purpose,
      OneOf{"identify", "validate", "remeasure", "reference", "target", "cycle", "nest", "face1", "check",
            "frame"});
-  io.about("Name of the reflector, or of the point of a tool or base")("smr", x.smr);
-  io.about("The wanted pose; empty of a point that was touched")("q_target_deg", x.q_target_deg);
-  io.about("What was sent: differs when compensated; empty of a point that was touched")("q_commanded_deg",
-                                                                                         x.q_commanded_deg);
-  io.about("What the controller reported")("q_actual_deg", x.q_actual_deg);
-  io.about("Null of a point that was touched").nullable("p_mm", x.p_mm);
+  io.about(
+      "The reflector, or the point of a tool or base; of a pose that was skipped all that were looked for, as "
+      "\"1, 2\"")("smr", x.smr);
+  io.about("Null of a point that was touched or skipped").nullable("p_mm", x.p_mm);
   io.nullable("std_mm", x.std_mm);
   io.about("Of a 6-D target alone: KUKA's A, B, C of its axes in the tracker's frame")
       .optional("abc_deg", x.abc_deg);
   io.about("Of a 6-D target alone: standard deviation of a rotation about each axis")
       .optional("std_abc_deg", x.std_abc_deg);
+}
+void layout(Io& io, Point& x) {
+  io.record("Point");
+  layout(io, static_cast<SeenPoint&>(x));
+  io.about("The wanted pose; empty of a point that was touched")("q_target_deg", x.q_target_deg);
+  io.about("What was sent: differs when compensated; empty of a point that was touched")("q_commanded_deg",
+                                                                                         x.q_commanded_deg);
+  io.about("What the controller reported")("q_actual_deg", x.q_actual_deg);
   io.about("When").format("date-time")("time", x.time);
 }
 
 void layout(Io& io, TargetsDocument::Target& x) {
-  io.about("From 1, in the order in which they were given")("target", x.target);
+  io.about("From 1, in the order in which they were given")("target", x.target, kCount);
   io("reached", x.reached);
   io.about("Why it was not reached, else empty")("reason", x.reason);
   io.about("To command, deg (mm for a prismatic joint); empty where it was not measured")("joints_deg",
@@ -97,7 +124,7 @@ void layout(Io& io, TargetsDocument& x) {
   io("tolerance_mm", x.tolerance_mm);
   io.about("At most, of each target")("rounds", x.rounds, kCount);
   io.about("Of the tracker in each round")("readings", x.readings, kCount);
-  io.about("How many targets")("reached", x.reached);
+  io.about("How many targets")("reached", x.reached, kCount);
   io("targets", x.targets);
 }
 
@@ -129,9 +156,9 @@ void layout(Io& io, CampaignStart& x) {
   io.about(
         "Targets: nominal joints, deg (mm for a prismatic joint); the real arm shall stand where the "
         "nominal one would")
-      .optional("joints", x.joints, Size{1, 100});
+      .optional("joints", x.joints, Size{1, kMostTargets});
   io.about("Targets: flange in the robot base, x,y,z in mm, KUKA a,b,c in deg")
-      .optional("poses", x.poses, Size{1, 100}, Size{6, 6});
+      .optional("poses", x.poses, Size{1, kMostTargets});
   io.about("Corrections of a target at most").defaulted("rounds", x.rounds, Whole{1, 20});
   io.about("A target is reached where the mean of its readings is so near")
       .defaulted("tolerance_mm", x.tolerance_mm, Range{0, 10});
@@ -152,7 +179,7 @@ void layout(Io& io, CampaignStart& x) {
       .optional("identify_poses", x.identify_poses, Whole{5, 1000});
   io.about("Poses to validate on, or targets (1 to 100); default as configured")
       .optional("validate_poses", x.validate_poses, Whole{0, 1000});
-  io.about("Of the planner; default as configured").optional("seed", x.seed);
+  io.about("Of the planner; default as configured").optional("seed", x.seed, kLargeCount);
   io.about("Reach the validation poses with compensated joints and measure again; default as configured")
       .optional("remeasure", x.remeasure);
   io.about("Activate the model if its validation beats the nominal arm").defaulted("activate", x.activate);
@@ -189,6 +216,30 @@ void layout(Io& io, CampaignStart& x) {
         "What for, in the operator's words: shown with the campaign and in its report; at most 500 "
         "characters")
       .optional("note", x.note, Size{0, 500});
+}
+void check(const Io& io, const CampaignStart& x) {
+  CampaignStart empty;
+  const std::set<std::string_view>& of_kind = params_of_kinds().at(x.kind);
+  for (const std::string& key : record::keys_of([&empty](Io& keys) { layout(keys, empty); }))
+    if (key != "kind" && key != "note" && !of_kind.contains(key) && io.has(key, false))
+      io.fail_at(key, "unknown parameter");
+  if (x.kind == "tool" || x.kind == "base") io.require("number");
+  if (x.kind == "base") io.require("points");
+
+  if (!x.joints.empty() && !x.poses.empty()) io.fail_at("joints", "give joints or poses, not both");
+  if (x.kind == "targets" && x.validate_poses)
+    if (const int poses = *x.validate_poses; poses < 1 || poses > kMostTargets)
+      io.fail_at("validate_poses", "expected a whole number 1.." + std::to_string(kMostTargets) + ", found " +
+                                       std::to_string(poses));
+  if (std::set<std::string>(x.points.begin(), x.points.end()).size() != x.points.size())
+    io.fail_at("points", "expected names of which none is there twice");
+  if (!x.at.empty() && x.touch)
+    io.fail_at("at", "the tracker looks for no points that touch asks for: leave out one of both");
+  const std::size_t points = std::max<std::size_t>(x.points.size(), 1);  // of a tool its origin, by default
+  if (!x.at.empty() && x.at.size() != points) io.fail_at("at", "expected a row for each of the points");
+  if (!x.nominal.empty() && x.nominal.size() != points)
+    io.fail_at("nominal", "expected a row for each of the points");
+  if (!x.facing.empty() && x.facing.front().norm() < 1e-6) io.fail_at("facing", "a direction of no length");
 }
 const Method& CampaignStart::method() {
   static const Method kMethod{
@@ -272,8 +323,8 @@ void layout(Io& io, CampaignIdentify::Result& x) {
   io.about("The model").format("uuid")("model_id", x.model_id);
   io("activated", x.activated);
   io.about("Why it was not activated though that was asked for; else empty")("reason", x.reason);
-  io.about("That it was identified from")("identify_poses", x.identify_poses);
-  io.about("That validated it")("validate_poses", x.validate_poses);
+  io.about("That it was identified from")("identify_poses", x.identify_poses, kCount);
+  io.about("That validated it")("validate_poses", x.validate_poses, kCount);
   io.about("Mean error of the nominal arm there; null: not validated")
       .nullable("validation_before_mm", x.validation_before_mm);
   io.about("Mean error of the model there").nullable("validation_after_mm", x.validation_after_mm);
@@ -282,21 +333,21 @@ void layout(Io& io, CampaignIdentify::Result& x) {
 void layout(Io& io, CampaignIdentify& x) {
   io.about("The campaign").format("uuid")("id", x.id, kIdSize);
   io.about("Errors of the joints, as cross-validation keeps them")
-      .optional("non_geometric", x.non_geometric, OneOf{"none", "auto"});
+      .optional("non_geometric", x.non_geometric, kNoneOrAuto);
   io.about("Multiples of a joint's angle to look for")
       .optional("harmonics", x.harmonics, Size{0, 32}, Whole{1, 10000});
   io.about("A Gaussian process over what the model leaves; auto: where cross-validation shows that it helps")
-      .optional("residual", x.residual, OneOf{"none", "auto", "gp"});
-  io.optional("loss", x.loss, OneOf{"outlier-rejection", "squared", "huber", "igg3", "tukey"});
+      .optional("residual", x.residual, kFieldNames);
+  io.optional("loss", x.loss, kLossNames);
   io.about("Whether deviations from the data sheet are taken as small until measured")
-      .optional("prior", x.prior, OneOf{"auto", "off", "on"});
+      .optional("prior", x.prior, kPriorNames);
   io.about("Put the points right by how the tracker's nests moved")
       .optional("correct_by_nests", x.correct_by_nests);
   io.about(
         "Share of the poses that identify; the others validate. Default: as they were measured, and 0.7 "
         "where none was measured to validate and that leaves enough")
       .optional("split", x.split, Range{0.1, 1});
-  io.about("Of the split").optional("seed", x.seed);
+  io.about("Of the split").optional("seed", x.seed, kLargeCount);
   io.about("The model, if nothing contradicts it").defaulted("activate", x.activate);
 }
 const Method& CampaignIdentify::method() {
@@ -396,7 +447,7 @@ void layout(Io& io, CampaignPoints::Result& x) {
 void layout(Io& io, CampaignPoints& x) {
   io.about("The campaign; left out: the last one").format("uuid").optional("id", x.id, kIdSize);
   io.about("Left out: json").optional("format", x.format, OneOf{"json", "csv"});
-  io.about("Points to leave out at the beginning").optional("offset", x.offset);
+  io.about("Points to leave out at the beginning").optional("offset", x.offset, kLargeCount);
   io.about("At most so many").optional("limit", x.limit, Whole{1, 1000});
 }
 const Method& CampaignPoints::method() {
@@ -413,10 +464,6 @@ const Method& CampaignPoints::method() {
   return kMethod;
 }
 
-void layout(Io& io, DriftCheck::Result& x) {
-  io.about("The campaign").format("uuid")("id", x.id);
-  io.about("Poses of the plan over all phases")("total", x.total, kCount);
-}
 void layout(Io& io, DriftCheck& x) {
   io.about("Poses to measure; default as configured").optional("poses", x.poses, Whole{1, 1000});
   io.about(
@@ -427,11 +474,15 @@ void layout(Io& io, DriftCheck& x) {
         "Work with the updated model from then on (default false); model.activate of the old one takes "
         "it back")
       .optional("activate", x.activate);
-  io.about("Of the planner; default as configured").optional("seed", x.seed);
+  io.about("Of the planner; default as configured").optional("seed", x.seed, kLargeCount);
   io.about(
         "What for, in the operator's words: shown with the campaign and in its report; at most 500 "
         "characters")
       .optional("note", x.note, Size{0, 500});
+}
+void check(const Io& io, const DriftCheck& x) {
+  if (x.activate && !x.update)
+    io.fail_at("activate", "only a model that was updated can be activated: give update too");
 }
 const Method& DriftCheck::method() {
   static const Method kMethod{

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/choices.hpp"
 #include "proto/record/campaign_records.hpp"
 #include "proto/record/iso9283_document.hpp"
 #include "proto/rpc/method.hpp"
@@ -24,8 +25,8 @@ struct CampaignProgress {
   int total = 0;
   std::optional<double> error_mm{};
   std::optional<double> eta_s{};
-  std::optional<std::uint64_t> skipped{};
-  std::optional<std::uint64_t> left{};
+  std::optional<int> skipped{};
+  std::optional<int> left{};
   std::optional<std::string> reason{};
   std::optional<std::string> trouble{};
   std::optional<std::string> model_id{};
@@ -61,24 +62,30 @@ struct InterruptedCampaign {
 };
 void layout(Io& io, InterruptedCampaign& x);
 
-struct Point {
+/// Which point it is, and what the tracker saw of it.
+struct SeenPoint {
   int pose = 0;
   std::string purpose{};
   std::string smr{};
-  std::vector<double> q_target_deg{};
-  std::vector<double> q_commanded_deg{};
-  std::vector<double> q_actual_deg{};
   std::optional<Eigen::Vector3d> p_mm{};
   std::optional<Eigen::Vector3d> std_mm{};
   std::optional<Eigen::Vector3d> abc_deg{};
   std::optional<double> std_abc_deg{};
+};
+/// Its members, in the record that has them.
+void layout(Io& io, SeenPoint& x);
+
+struct Point : SeenPoint {
+  std::vector<double> q_target_deg{};
+  std::vector<double> q_commanded_deg{};
+  std::vector<double> q_actual_deg{};
   std::string time{};
 };
 void layout(Io& io, Point& x);
 
 struct TargetsDocument {
   struct Target {
-    std::uint64_t target = 0;
+    int target = 0;
     bool reached = false;
     std::string reason{};
     std::vector<double> joints_deg{};
@@ -88,7 +95,7 @@ struct TargetsDocument {
   double tolerance_mm = 0;
   int rounds = 0;
   int readings = 0;
-  std::uint64_t reached = 0;
+  int reached = 0;
   std::vector<Target> targets{};
 };
 void layout(Io& io, TargetsDocument& x);
@@ -111,6 +118,12 @@ struct Iso9283Document {
 };
 void layout(Io& io, Iso9283Document& x);
 
+/// A pose: x, y, z in mm, then KUKA's a, b, c in deg.
+using PoseRow = Eigen::Matrix<double, 6, 1>;
+
+/// Of a campaign: the document of so many fits into one line of the protocol.
+inline constexpr int kMostTargets = 100;
+
 /// campaign.start
 struct CampaignStart {
   struct Result {
@@ -120,8 +133,8 @@ struct CampaignStart {
   static const Method& method();
 
   std::string kind = "calibration";
-  std::optional<std::vector<std::vector<double>>> joints{};
-  std::optional<std::vector<std::vector<double>>> poses{};
+  std::vector<std::vector<double>> joints{};
+  std::vector<PoseRow> poses{};
   int rounds = 15;
   double tolerance_mm = 0.003;
   std::optional<int> readings{};
@@ -134,17 +147,19 @@ struct CampaignStart {
   std::optional<bool> remeasure{};
   bool activate = true;
   std::optional<int> number{};
-  std::optional<std::vector<std::string>> points{};
-  std::optional<std::vector<Eigen::Vector3d>> at{};
+  std::vector<std::string> points{};
+  std::vector<Eigen::Vector3d> at{};
   std::optional<int> touch{};
-  std::optional<std::vector<Eigen::Vector3d>> nominal{};
-  std::optional<std::vector<Eigen::Vector3d>> facing{};
-  std::optional<std::vector<Eigen::Vector3d>> orientation{};
+  std::vector<Eigen::Vector3d> nominal{};
+  std::vector<Eigen::Vector3d> facing{};
+  std::vector<Eigen::Vector3d> orientation{};
   bool together = false;
   int poses_per_point = 10;
-  std::optional<std::string> note{};
+  std::string note{};
 };
 void layout(Io& io, CampaignStart& x);
+/// That every parameter is of the kind, and that they fit each other.
+void check(const Io& io, const CampaignStart& x);
 void layout(Io& io, CampaignStart::Result& x);
 
 /// campaign.pause
@@ -179,8 +194,8 @@ struct CampaignIdentify {
     std::string model_id{};
     bool activated = false;
     std::string reason{};
-    std::uint64_t identify_poses = 0;
-    std::uint64_t validate_poses = 0;
+    int identify_poses = 0;
+    int validate_poses = 0;
     std::optional<double> validation_before_mm{};
     std::optional<double> validation_after_mm{};
     boost::json::object verdict{};
@@ -188,11 +203,11 @@ struct CampaignIdentify {
   static const Method& method();
 
   std::string id{};
-  std::optional<std::string> non_geometric{};
+  std::optional<bool> non_geometric{};
   std::optional<std::vector<int>> harmonics{};
-  std::optional<std::string> residual{};
-  std::optional<std::string> loss{};
-  std::optional<std::string> prior{};
+  std::optional<FieldUse> residual{};
+  std::optional<Loss> loss{};
+  std::optional<PriorUse> prior{};
   std::optional<bool> correct_by_nests{};
   std::optional<double> split{};
   std::optional<std::uint64_t> seed{};
@@ -267,29 +282,26 @@ struct CampaignPoints {
   static const Method& method();
 
   std::optional<std::string> id{};
-  std::optional<std::string> format{};
-  std::optional<std::uint64_t> offset{};
-  std::optional<int> limit{};
+  std::string format = "json";
+  std::uint64_t offset = 0;
+  int limit = 1000;
 };
 void layout(Io& io, CampaignPoints& x);
 void layout(Io& io, CampaignPoints::Result& x);
 
 /// drift.check
 struct DriftCheck {
-  struct Result {
-    std::string id{};
-    int total = 0;
-  };
+  using Result = CampaignStart::Result;
   static const Method& method();
 
   std::optional<int> poses{};
-  std::optional<bool> update{};
-  std::optional<bool> activate{};
+  bool update = false;
+  bool activate = false;
   std::optional<std::uint64_t> seed{};
-  std::optional<std::string> note{};
+  std::string note{};
 };
 void layout(Io& io, DriftCheck& x);
-void layout(Io& io, DriftCheck::Result& x);
+void check(const Io& io, const DriftCheck& x);
 
 /// The methods of this file.
 std::vector<Described> campaign_methods();

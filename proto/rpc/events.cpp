@@ -4,7 +4,7 @@
 
 namespace truepose::rpc {
 
-using record::kCount, record::OneOf;
+using record::OneOf;
 
 void layout(Io& io, EventsSubscribe::Result::Missing& x) {
   io.about("Number")("first", x.first);
@@ -68,17 +68,7 @@ void layout(Io& io, StateChanged& x) {
 
 void layout(Io& io, PointMeasured& x) {
   io.about("The campaign").format("uuid")("campaign_id", x.campaign_id);
-  io.about("Its number in the campaign, from 1, as in documents, files and messages")("pose", x.pose, kCount);
-  io("purpose", x.purpose,
-     OneOf{"identify", "validate", "remeasure", "reference", "target", "cycle", "nest", "face1", "check",
-           "frame"});
-  io.about("The reflector; of a pose that was skipped all that were looked for, as \"1, 2\"")("smr", x.smr);
-  io.nullable("p_mm", x.p_mm);
-  io.nullable("std_mm", x.std_mm);
-  io.about("Of a 6-D target alone: KUKA's A, B, C of its axes in the tracker's frame")
-      .optional("abc_deg", x.abc_deg);
-  io.about("Of a 6-D target alone: standard deviation of a rotation about each axis")
-      .optional("std_abc_deg", x.std_abc_deg);
+  layout(io, static_cast<SeenPoint&>(x));
   io.about("Distance from the prediction; null before the first fit").nullable("error_mm", x.error_mm);
   io.about("Why it was skipped, else empty")("reason", x.reason);
 }

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "proto/rpc/campaign.hpp"
 #include "proto/rpc/cell.hpp"
 #include "proto/rpc/method.hpp"
 #include "proto/rpc/model.hpp"
@@ -54,17 +54,10 @@ struct StateChanged {
 };
 void layout(Io& io, StateChanged& x);
 
-struct PointMeasured {
+struct PointMeasured : SeenPoint {
   static constexpr auto kTopic = control::Topic::Measurement;
 
   std::string campaign_id{};
-  int pose = 0;
-  std::string purpose{};
-  std::string smr{};
-  std::optional<Eigen::Vector3d> p_mm{};
-  std::optional<Eigen::Vector3d> std_mm{};
-  std::optional<Eigen::Vector3d> abc_deg{};
-  std::optional<double> std_abc_deg{};
   std::optional<double> error_mm{};
   std::string reason{};
 };

@@ -39,7 +39,7 @@ struct ReportHtml {
   static const Method& method();
 
   std::optional<std::string> id{};
-  std::optional<std::uint64_t> offset{};
+  std::uint64_t offset = 0;
 };
 void layout(Io& io, ReportHtml& x);
 void layout(Io& io, ReportHtml::Result& x);

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <cstdint>
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "proto/rpc/campaign.hpp"
 #include "proto/rpc/method.hpp"
 
 namespace truepose::rpc {
@@ -15,18 +16,19 @@ struct TargetsCompensate {
     std::vector<std::vector<double>> joints{};
     std::vector<double> residual_mm{};
     std::vector<double> residual_deg{};
-    std::vector<std::uint64_t> iterations{};
+    std::vector<int> iterations{};
     std::vector<bool> damped{};
   };
   static const Method& method();
 
-  std::optional<std::vector<std::vector<double>>> joints{};
-  std::optional<std::vector<std::vector<double>>> poses{};
+  std::vector<std::vector<double>> joints{};
+  std::vector<PoseRow> poses{};
   std::optional<std::string> model_id{};
   std::optional<int> tool{};
-  std::optional<std::vector<std::vector<double>>> payload{};
+  std::vector<Eigen::Vector4d> payload{};
 };
 void layout(Io& io, TargetsCompensate& x);
+void check(const Io& io, const TargetsCompensate& x);
 void layout(Io& io, TargetsCompensate::Result& x);
 
 /// The methods of this file.

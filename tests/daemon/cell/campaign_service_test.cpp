@@ -60,7 +60,7 @@ TEST_F(CampaignServiceTest, RefusesACampaignOfTooFewPosesBeforeTheArmMoves) {
       "params.identify_poses: 8 are too few for the parameters of this arm: give at least 10, better twice "
       "as many");
   EXPECT_EQ(refused("campaign.start", {{"kind", "dance"}}),
-            "params.kind: expected calibration, targets, iso9283, tool or base");
+            "params.kind: expected one of calibration, targets, iso9283, tool, base, found \"dance\"");
   EXPECT_EQ(status().at("state"), "disconnected");
 }
 

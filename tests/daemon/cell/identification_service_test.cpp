@@ -76,14 +76,16 @@ TEST_F(Identification, TakesOtherOptionsByTheNamesOfTheCellFile) {
   EXPECT_EQ(report.at_pointer("/document/options/Loss"), "tukey");
   EXPECT_EQ(report.at_pointer("/document/options/Prior"), "off");
   EXPECT_EQ(report.at_pointer("/document/options/Non-geometric errors"), "auto");
-  EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"loss", "lost"}}), "params.loss: no loss \"lost\"");
+  const std::string losses =
+      "params.loss: expected one of outlier-rejection, squared, huber, igg3, tukey, found ";
+  EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"loss", "lost"}}), losses + "\"lost\"");
   EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"loss", "screened"}}),
-            "params.loss: no loss \"screened\", renamed to 'outlier-rejection'");
+            losses + "\"screened\", renamed to 'outlier-rejection'");
   EXPECT_EQ(refused("campaign.identify", {{"id", "c2"}, {"deviation", "auto"}}),
             "params.deviation: unknown parameter, renamed to 'non_geometric'");
   EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"residual", "magic"}}), HasSubstr("\"magic\""));
   EXPECT_THAT(refused("campaign.identify", {{"id", "c2"}, {"harmonics", {0}}}),
-              HasSubstr("integers 1..10000"));
+              HasSubstr("params.harmonics[0]: expected a whole number 1..10000, found 0"));
 }
 
 TEST_F(Identification, OfACampaignThatWasAbortedDrawsPosesThatValidateAndSaysWhich) {

@@ -64,7 +64,7 @@ TEST_F(Parameters, ANoteIsKeptWholeOrRefusedByItsCharacters) {
   std::string umlauts;
   for (int i = 0; i < 500; ++i) umlauts += "ü";
   EXPECT_THAT(refused("campaign.start", {{"note", umlauts + "."}}),
-              testing::HasSubstr("params.note: expected a string of at most 500 characters"));
+              testing::HasSubstr("params.note: expected at most 500 characters, found 501"));
   EXPECT_THAT(refused("drift.check", {{"note", umlauts + "."}}), testing::HasSubstr("params.note"));
   play([&]() -> Wait {
     json::object params{{"note", umlauts}};

@@ -228,8 +228,7 @@ void describe(json::object& document, const CalibrateCommand& command, const Rob
   document["files"] = std::move(files);
   json::object& options = document["options"].emplace_object();
   options["Validation"] = validation_text(command);
-  for (auto& option : record::options_json(options_of(command)))
-    options[option.key()] = std::move(option.value());
+  for (const auto& [name, words] : record::options_in_words(options_of(command))) options[name] = words;
 }
 
 void print_summary(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome) {

@@ -63,20 +63,21 @@ class StoreSource final : public CampaignSource {
     const daemon::StoredCampaign campaign = find(text_in(params, "id"));
     const RobotModel robot = robot_of(campaign);
     if (method == "campaign.get")
-      return daemon::campaign_answer(campaign, robot, number_in(params, "points_offset", 0),
-                                     number_in(params, "points_limit", 0));
+      return record::to_json(daemon::campaign_answer(campaign, robot, number_in(params, "points_offset", 0),
+                                                     number_in(params, "points_limit", 0)));
     const std::string csv = daemon::measurements_csv(campaign, robot);
     const std::size_t offset = std::min(number_in(params, "offset", 0), csv.size());
-    return json::object{{"id", campaign.record.id}, {"offset", offset}, {"data", csv.substr(offset)}};
+    return record::to_json(
+        rpc::CampaignExport::Result{.id = campaign.record.id, .offset = offset, .data = csv.substr(offset)});
   }
 
  private:
   json::value list() {
-    json::array campaigns;
+    rpc::CampaignList::Result list;
     for (const daemon::CampaignRecord& record : read(store_.campaigns()))
-      campaigns.push_back(daemon::campaign_json(record));
-    const std::size_t total = campaigns.size();
-    return json::object{{"campaigns", std::move(campaigns)}, {"total", total}};
+      list.campaigns.push_back(daemon::campaign_summary(record));
+    list.total = static_cast<int>(list.campaigns.size());
+    return record::to_json(list);
   }
 
   json::value report(const json::object& params) {
@@ -87,7 +88,7 @@ class StoreSource final : public CampaignSource {
     auto answer = daemon::report_answer(*record, number_in(params, "points_offset", 0),
                                         number_in(params, "points_limit", SIZE_MAX));
     if (!answer) throw CommandError{kFailed, file_.store.string() + ": " + answer.error().message};
-    return *std::move(answer);
+    return record::to_json(*answer);
   }
 
   daemon::StoredCampaign find(const std::string& id) {
