@@ -20,13 +20,7 @@ namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 
-namespace {
-
-std::optional<std::string> text_or_none(const std::string& text) {
-  return text.empty() ? std::nullopt : std::optional{text};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 rpc::CampaignSummary campaign_summary(const CampaignRecord& record) {
   return {.id = record.id,

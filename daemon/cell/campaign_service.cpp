@@ -199,9 +199,7 @@ void CampaignService::interrupt(const std::string& reason) {
 
 // Events for clients.
 
-void CampaignService::publish(const rpc::CampaignProgress& progress) {
-  parts_.events.publish(control::Topic::Campaign, record::to_json(progress));
-}
+void CampaignService::publish(const rpc::CampaignProgress& progress) { parts_.events.publish(progress); }
 
 void CampaignService::publish(const StoredPoint& point, std::optional<double> error_mm,
                               const std::string& why_not) {
@@ -209,7 +207,7 @@ void CampaignService::publish(const StoredPoint& point, std::optional<double> er
   measured.campaign_id = run_->id();
   measured.error_mm = error_mm;
   measured.reason = why_not;
-  parts_.events.publish(control::Topic::Measurement, record::to_json(measured));
+  parts_.events.publish(measured);
 }
 
 void CampaignService::on_progress(const CampaignProgress&) { publish(last_progress()); }

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <utility>
 
+#include "daemon/cell/service.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/json_io.hpp"
@@ -49,10 +50,7 @@ std::optional<Waiting> loss(const CellState& state) {
 /// The event that the cell comes from one state to another.
 rpc::StateChanged state_changed(std::string_view from, std::string_view state, const std::string& reason,
                                 const std::string& by = {}) {
-  return {.state = std::string{state},
-          .from = std::string{from},
-          .reason = reason,
-          .by = by.empty() ? std::nullopt : std::optional{by}};
+  return {.state = std::string{state}, .from = std::string{from}, .reason = reason, .by = text_or_none(by)};
 }
 
 /// What a state is a fault by; empty where it is none.

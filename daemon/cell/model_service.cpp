@@ -325,8 +325,7 @@ asio::awaitable<void> ModelService::announce_made(std::string id, bool activated
 
 void ModelService::publish(const char* change, const ModelRecord& record, const std::string& by) {
   log_info("model " + record.id + " " + change);
-  rpc::ModelChanged changed{.change = change, .model = summary_of(record)};
-  if (!by.empty()) changed.by = by;
+  rpc::ModelChanged changed{.by = text_or_none(by), .change = change, .model = summary_of(record)};
   parts_.events.publish(changed);
 }
 

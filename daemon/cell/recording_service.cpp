@@ -193,7 +193,7 @@ rpc::CellStatus::Recording RecordingService::status() const {
   return {.seconds = std::chrono::duration<double>(status.lasts).count(),
           .bytes = status.bytes,
           .dropped = status.dropped,
-          .last = last_.empty() ? std::nullopt : std::optional{last_}};
+          .last = text_or_none(last_)};
 }
 
 }  // namespace truepose::daemon

@@ -4,6 +4,7 @@
 
 #include "config/number_text.hpp"
 #include "core/formatted.hpp"
+#include "daemon/cell/service.hpp"
 
 namespace truepose::daemon {
 
@@ -11,10 +12,6 @@ namespace {
 
 std::string seconds_text(drivers::Duration time) {
   return formatted("%.1f s", std::chrono::duration<double>(time).count());
-}
-
-std::optional<std::string> text_or_none(const std::string& text) {
-  return text.empty() ? std::nullopt : std::optional{text};
 }
 
 /// Without a model the correction goes to zero, and nothing is corrected from then on.

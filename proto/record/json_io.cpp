@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <utility>
 
 #include "proto/control/json_text.hpp"
 #include "proto/text/renamed.hpp"
@@ -84,10 +83,6 @@ class JsonReader final : public Io {
   }
 
   bool reads() const override { return true; }
-  Io& format(std::string_view format) override {
-    is_id_ = format == "uuid";
-    return *this;
-  }
   bool has(std::string_view key, bool) const override { return find(key) != nullptr; }
   [[noreturn]] void fail(const std::string& what) const override { fail_in(where(), what); }
   [[noreturn]] void fail_at(std::string_view key, const std::string& what) const override {
@@ -113,12 +108,9 @@ class JsonReader final : public Io {
 
   bool enter(Presence presence, std::string_view key, bool) override {
     const json::value* const member = find(key);
-    const bool is_id = std::exchange(is_id_, false);
     if (!member && presence == Presence::Required) require(key);
     if (!member || (presence == Presence::Nullable && member->is_null())) return false;
     path_.push_back({member, std::string{key}});
-    if (is_id && refuses_others_ && member->is_string() && member->get_string().empty())
-      fail_expected("an id");
     return true;
   }
   void leave() override { path_.pop_back(); }
@@ -226,7 +218,6 @@ class JsonReader final : public Io {
 
   std::vector<Step> path_;
   bool refuses_others_;
-  bool is_id_ = false;  ///< the next member; none that is given as a parameter is empty
 };
 
 }  // namespace
