@@ -1,6 +1,6 @@
 #pragma once
 
-#include <boost/json/value.hpp>
+#include <boost/json/object.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,7 +14,7 @@ namespace truepose::rpc {
 struct ReportGet {
   struct Result {
     std::string id{};
-    boost::json::value document{};
+    boost::json::object document{};
     std::uint64_t points_total = 0;
   };
   static const Method& method();
