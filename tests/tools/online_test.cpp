@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "daemon/control/control_server.hpp"
+#include "proto/record/json_io.hpp"
 #include "tests/temp_folder.hpp"
 #include "tools/truepose/online/campaign_watch.hpp"
 #include "tools/truepose/online/online_commands.hpp"
@@ -66,10 +67,12 @@ class FakeCell : public daemon::CellService {
     if (method == "campaign.pause")
       co_return std::unexpected(
           RpcError{ErrorCode::WrongState, "no campaign runs", "", "ready", {"campaign.start"}});
-    json::value result = json::parse(kAnswers).at(method);
+    json::value result = answers.at(method);
     if (method == "campaign.start") result.as_object()["asked"] = params;
     if (method == "campaign.get") {
-      events_.publish(control::Topic::Campaign, json::object{{"id", "another"}, {"phase", "failed"}});
+      json::object other = progress("failed", 3);
+      other["id"] = "another";
+      events_.publish(control::Topic::Campaign, other);
       events_.publish(control::Topic::Campaign, progress("validating", 31));
       const auto tell = [this](const char* state, const char* reason) {
         events_.publish(control::Topic::Cell,
@@ -91,20 +94,38 @@ class FakeCell : public daemon::CellService {
   }
   const char* kind = "calibration";
   const char* final_phase = "done";
+  std::map<std::string, json::value> answers{
+      {"cell.status", record::to_json(status())},
+      {"campaign.start", {{"id", "c1"}, {"total", 60}}},
+      {"campaign.get", record::to_json(running())},
+      {"model.list", {{"models", json::array{record::to_json(model())}}, {"total", 1}}},
+      {"model.get", {{"model", record::to_json(model())}, {"parameters", json::array{}}}},
+      {"model.export", {{"id", "m1"}, {"yaml", "name: KR\n"}}}};
 
  private:
-  static constexpr const char* kAnswers = R"({
-    "cell.status": {"cell": "cell 1", "state": "ready", "state_text": "waits for a command", "next": "Start a campaign.", "allowed": [], "time": "t",
-      "robot": {"connected": true, "model": "#KR210", "serial": "42", "why_not_ready": "drives off"},
-      "tracker": {"connected": false}, "campaign": null, "model": null, "stream": {"state": "off", "reason": ""},
-      "faults": [{"code": "E_BEAM", "severity": "warning", "text": "beam broken", "since": "s"}]},
-    "campaign.start": {"id": "c1", "total": 60},
-    "campaign.get": {"campaign": {"id": "c1", "state": "running"}, "points_total": 0,
-      "progress": {"id": "c1", "kind": "calibration", "phase": "identifying", "done": 3, "total": 60, "error_mm": null, "eta_s": null}},
-    "model.list": {"models": [{"id": "m1", "created": "t", "robot_serial": "42", "validation_before_mm": 2.5,
-      "validation_after_mm": 0.0421, "active": true}], "total": 1},
-    "model.get": {"model": {"id": "m1", "validation_after_mm": 0.0421, "active": true}},
-    "model.export": {"id": "m1", "yaml": "name: KR\n"}})";
+  static rpc::CellStatus status() {
+    rpc::CellStatus status{
+        .cell = "cell 1", .state = "ready", .state_text = "waits for a command", .next = "Start a campaign."};
+    status.robot = {.connected = true, .model = "#KR210", .serial = "42", .why_not_ready = "drives off"};
+    status.stream.state = "off";
+    status.recording = {.seconds = 61, .bytes = 2345};
+    status.faults = {{.code = "E_BEAM", .severity = "warning", .text = "beam broken", .since = "s"}};
+    return status;
+  }
+  static rpc::CampaignGet::Result running() {
+    rpc::CampaignGet::Result found;
+    found.campaign = {.id = "c1", .kind = "calibration", .state = "running"};
+    found.progress = {.id = "c1", .kind = "calibration", .phase = "identifying", .done = 3, .total = 60};
+    return found;
+  }
+  static rpc::ModelSummary model() {
+    return {.id = "m1",
+            .created = "t",
+            .robot_serial = "42",
+            .validation_before_mm = 2.5,
+            .validation_after_mm = 0.0421,
+            .active = true};
+  }
   daemon::EventBus& events_;
 };
 
@@ -178,14 +199,15 @@ TEST_F(OnlineTest, StatusIsAReadableTable) {
   const Outcome status = run({"status"});
   EXPECT_EQ(status.exit_code, 0) << status.err;
   EXPECT_EQ(status.out,
-            "cell     cell 1\n"
-            "state    ready: waits for a command\n"
-            "next     Start a campaign.\n"
-            "robot    #KR210, serial 42, not ready: drives off\n"
-            "tracker  not connected\n"
-            "model    none active\n"
-            "stream   off\n"
-            "warning  E_BEAM: beam broken (since s)\n");
+            "cell       cell 1\n"
+            "state      ready: waits for a command\n"
+            "next       Start a campaign.\n"
+            "robot      #KR210, serial 42, not ready: drives off\n"
+            "tracker    not connected\n"
+            "model      none active\n"
+            "stream     off\n"
+            "recording  the last 61 s, 2 kB, dropped 0\n"
+            "warning    E_BEAM: beam broken (since s)\n");
 }
 
 TEST_F(OnlineTest, TheDaemonMayBeNamedBeforeTheCommandToo) {
@@ -199,6 +221,26 @@ TEST_F(OnlineTest, JsonIsOneDocumentAndNothingElse) {
   const Outcome watched = run({"campaign", "watch", "--json"});
   EXPECT_EQ(json::parse(watched.out).at("phase").as_string(), "done");
   EXPECT_EQ(watched.err, "");
+}
+
+TEST_F(OnlineTest, AnAnswerOfAnotherFormIsAnErrorThatNamesItAndStillJson) {
+  for (const auto& [answer, why] : {std::pair{"null", "expected an object, found null"},
+                                    {"3", "expected an object, found 3"},
+                                    {"[]", "expected an object, found []"},
+                                    {"{}", "missing key 'models'"},
+                                    {R"({"models":[],"total":"no"})", "total: expected a whole number of 0"},
+                                    {R"({"models":[null],"total":1})", "models[0]: expected an object"},
+                                    {R"({"models":[{}],"total":1})", "models[0]: missing key 'id'"}}) {
+    cell_.answers["model.list"] = json::parse(answer);
+    const Outcome outcome = run({"model", "list"});
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err,
+                HasSubstr("model.list: the daemon's answer cannot be read: " + std::string{why}));
+    EXPECT_EQ(json::parse(run({"model", "list", "--json"}).out), cell_.answers["model.list"]);
+  }
+  cell_.answers["model.list"] = json::parse(R"({"models":[],"total":0,"of a newer daemon":1})");
+  EXPECT_EQ(run({"model", "list"}).out, "no models yet\n");
 }
 
 TEST_F(OnlineTest, WatchShowsProgressUntilTheCampaignEnds) {
@@ -296,6 +338,11 @@ TEST_F(OnlineTest, EventsAreOneLineEach) {
             "2  1970-01-01T00:00:00.000Z  cell  ready -> fault: beam\n");
   const Outcome cells = run({"events", "--after", "0", "--count", "1", "--topics", "fault,cell", "--json"});
   EXPECT_EQ(json::parse(cells.out).at("seq").as_int64(), 2);
+}
+
+TEST_F(OnlineTest, AnEventOfAnotherFormIsPrintedAsItIs) {
+  events_.publish(control::Topic::Cell, json::object{{"state", "asleep"}});
+  EXPECT_THAT(run({"events", "--after", "0", "--count", "1"}).out, HasSubstr(R"(cell  {"state":"asleep"})"));
 }
 
 TEST_F(OnlineTest, EventsTellPointsSeenTouchedAndSkippedApart) {
@@ -412,7 +459,7 @@ TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {
   ASSERT_TRUE(client);
   on_loop([this] { server_->stop(); });
   try {
-    watch_to_end(*client, "c1", {{"id", "c1"}, {"phase", "identifying"}}, true);
+    watch_to_end(*client, {.id = "c1", .phase = "identifying"}, true);
     FAIL() << "it has ended well";
   } catch (const CommandError& error) {
     EXPECT_EQ(error.exit_code, kUnreachable);
@@ -420,54 +467,56 @@ TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {
   }
 }
 
-TEST(OnlineText, OfAStrangeDaemonIsStillText) {
-  for (const char* answer :
-       {"null", "3", "[]", "{}", R"({"campaigns":3,"models":[null],"model":7,"faults":[[]]})"}) {
-    const json::value value = json::parse(answer);
-    for (const auto render :
-         {progress_line, status_text, campaigns_text, campaign_text, models_text, model_text, stream_text})
-      EXPECT_FALSE(render(value).empty()) << answer;
+TEST(CampaignText, SaysWhyAStoredDocumentCannotBeRead) {
+  rpc::CampaignGet::Result found;
+  for (json::value* const document : {&found.targets, &found.iso9283, &found.frame}) {
+    EXPECT_THAT(campaign_text(found), testing::Not(HasSubstr("document")));
+    *document = json::object{};
+    EXPECT_THAT(campaign_text(found), HasSubstr("the daemon's document: missing key"));
+    *document = nullptr;
   }
 }
 
 TEST(StreamText, SaysWhyTheMeasuredCorrectionIsNotKnownAndShowsItWhereItIs) {
-  const auto of = [](const char* measured) {
-    return stream_text(json::parse(R"({"correction_deg": [0.5, 0, 0, 0, 0, 0], "measured_deg": )" +
-                                   std::string{measured} + "}"));
+  const auto of = [](const std::vector<std::optional<double>>& measured_deg) {
+    rpc::StreamStatus stream;
+    stream.measured_deg = measured_deg;
+    return stream_text(stream);
   };
-  EXPECT_THAT(of("[null, null, null, null, null, null]"),
+  const std::optional<double> unknown;
+  EXPECT_THAT(of({unknown, unknown, unknown, unknown, unknown, unknown}),
               HasSubstr("not separated from the drives' lag yet"));
-  EXPECT_THAT(of("[0.499, null, 0, 0, 0, 0]"), HasSubstr("0.499 - 0.000 0.000 0.000 0.000 deg"));
-  EXPECT_THAT(of("[]"), HasSubstr("measured      -"));
+  EXPECT_THAT(of({0.499, unknown, 0, 0, 0, 0}), HasSubstr("0.499 - 0.000 0.000 0.000 0.000 deg"));
+  EXPECT_THAT(of({}), HasSubstr("measured      -"));
 }
 
 TEST(StreamText, ShowsOfTheRobotWhatIsKnownAndNothingElse) {
-  const char* armed = R"({"armed": true, "robot": {"mode": "AUT", "override_percent": 50, "program": "active",
-                          "emergency_stop": true, "gate_open": false, "unknown": ""}})";
+  rpc::CellStatus status;
+  rpc::StreamStatus& stream = status.stream;
+  stream.armed = true;
+  stream.robot = {
+      .mode = "AUT", .override_percent = 50, .program = "active", .emergency_stop = true, .gate_open = false};
   const std::string all =
       "mode AUT, override 50 %, program active, emergency stop pressed, safety gate closed";
-  EXPECT_THAT(stream_text(json::parse(armed)), HasSubstr("robot         " + all + "\n"));
-  EXPECT_THAT(
-      status_text(json::parse(R"({"robot": {"connected": false}, "stream": )" + std::string{armed} + "}")),
-      HasSubstr("not connected; " + all));
-  const json::value unknown = json::parse(
-      R"({"robot": {"mode": null, "emergency_stop": null, "gate_open": null, "unknown": "refused"}})");
-  EXPECT_THAT(stream_text(unknown),
-              HasSubstr("mode -, override -, program -, emergency stop -, safety gate - "
-                        "(not known: refused)"));
+  EXPECT_THAT(stream_text(stream), HasSubstr("robot         " + all + "\n"));
+  EXPECT_THAT(status_text(status), HasSubstr("not connected; " + all));
+  stream.robot = {.unknown = "refused"};
+  EXPECT_THAT(stream_text(stream), HasSubstr("mode -, override -, program -, emergency stop -, safety gate - "
+                                             "(not known: refused)"));
 }
 
 TEST(StreamText, TellsHowFastAndHowItRuns) {
-  const std::string text = stream_text(json::parse(R"({
-      "late_by": {"daemon": 1, "machine": 22, "network": 3},
-      "turnaround_us": {"p50": 41.2, "p99": 80, "p999": 99, "max": 250},
-      "compute_us": {"p50": 6.4, "p99": 9, "p999": 12, "max": 31},
-      "scheduling": {"policy": "SCHED_FIFO", "priority": 80, "cpus": [2, 3], "locked_kB": 81920}})"));
+  rpc::StreamStatus stream;
+  stream.late_by = {.daemon = 1, .machine = 22, .network = 3};
+  stream.turnaround_us = {.p50 = 41.2, .p99 = 80, .p999 = 99, .max = 250};
+  stream.compute_us = {.p50 = 6.4, .p99 = 9, .p999 = 12, .max = 31};
+  stream.scheduling = {.policy = "SCHED_FIFO", .priority = 80, .cpus = {2, 3}, .locked_kB = 81920};
+  const std::string text = stream_text(stream);
   EXPECT_THAT(text, HasSubstr("late by       daemon 1, machine 22, network 3\n"));
   EXPECT_THAT(text, HasSubstr("wire          p50 41, p99 80, p99.9 99, max 250 us\n"));
   EXPECT_THAT(text, HasSubstr("compute       p50 6, p99 9, p99.9 12, max 31 us\n"));
   EXPECT_THAT(text, HasSubstr("scheduling    SCHED_FIFO 80 on CPU 2 3, 81920 kB locked\n"));
-  EXPECT_THAT(stream_text(json::parse("{}")), HasSubstr("scheduling    -\n"));
+  EXPECT_THAT(stream_text({}), HasSubstr("scheduling    -\n"));
 }
 
 }  // namespace

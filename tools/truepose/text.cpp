@@ -37,6 +37,12 @@ std::string text_table(const std::vector<Cells>& rows) {
   return text_table(columns, rows);
 }
 
+std::string shown(const std::string& text) { return text.empty() ? "-" : text; }
+
+std::string shown(std::optional<double> number, int decimals, const char* unit) {
+  return number ? formatted("%.*f%s", decimals, *number, unit) : "-";
+}
+
 const json::value* find_at(const json::value& value, std::string_view pointer) {
   boost::system::error_code missing;
   const json::value* found = value.find_pointer({pointer.data(), pointer.size()}, missing);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <boost/json/fwd.hpp>
+#include <concepts>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +24,23 @@ std::string text_table(const std::vector<Column>& columns, const std::vector<Cel
 
 /// The same with columns as wide as their widest cell, from the left, two spaces apart.
 std::string text_table(const std::vector<Cells>& rows);
+
+// ---- Values for people: "-" for what is empty ----
+
+std::string shown(const std::string& text);
+/// With so many decimals.
+std::string shown(std::optional<double> number, int decimals, const char* unit = "");
+template <std::integral T>
+std::string shown(T x) {
+  if constexpr (std::same_as<T, bool>)
+    return x ? "yes" : "no";
+  else
+    return std::to_string(x);
+}
+template <class T>
+std::string shown(const std::optional<T>& x) {
+  return x ? shown(*x) : "-";
+}
 
 // ---- What stands in a JSON document. It may be of an older or a newer daemon: what is missing is no error
 // ----

@@ -115,8 +115,7 @@ Command drift_command() {
       .run =
           [command] {
             if (!command->data_file.empty()) return run_drift(*command);
-            return check_drift(command->online,
-                               {{"update", command->update}, {"activate", command->activate}});
+            return check_drift(command->online, {.update = command->update, .activate = command->activate});
           },
       .method = "drift.check"};
 }

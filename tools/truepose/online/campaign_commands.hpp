@@ -33,17 +33,18 @@ boost::json::object points_of_file(const std::filesystem::path& file);
 /// Starts a campaign and follows it to its end; of one that is no calibration, shows what it found.
 int start_and_watch(const OnlineOptions& online, const boost::json::object& params);
 /// Goes on with a campaign and follows it to its end.
-/// @param params  {"id"} of one that was interrupted, or nothing for the one that is paused
-int resume_and_watch(const OnlineOptions& online, const boost::json::object& params);
+/// @param id  of one that was interrupted; empty: the one that is paused
+int resume_and_watch(const OnlineOptions& online, const std::string& id);
 /// Follows a campaign to its end; succeeds if it ends as done.
-/// @param params  {"id"}, or nothing for the newest
-int watch_campaign(const OnlineOptions& online, const boost::json::object& params);
+/// @param id  empty: the newest
+int watch_campaign(const OnlineOptions& online, const std::string& id);
 int list_campaigns(const OnlineOptions& online, const StoreFile& store);
 /// Shows a campaign, and writes what it found to files.
-int show_campaign(const OnlineOptions& online, const StoreFile& store, const boost::json::object& params,
+/// @param id  empty: the newest
+int show_campaign(const OnlineOptions& online, const StoreFile& store, const std::string& id,
                   const CampaignFiles& files);
 /// The same with at least one file; prints only that they were written.
-int export_campaign(const OnlineOptions& online, const StoreFile& store, const boost::json::object& params,
+int export_campaign(const OnlineOptions& online, const StoreFile& store, const std::string& id,
                     const CampaignFiles& files);
 
 }  // namespace truepose::tools

@@ -9,27 +9,34 @@
 namespace truepose::tools {
 namespace {
 
-std::string started_text(const json::value& started) {
-  return "campaign " + string_at(started, "/id") + " runs; follow it with: truepose campaign watch\n";
+std::string started_text(const rpc::CampaignStart::Result& started) {
+  return "campaign " + started.id + " runs; follow it with: truepose campaign watch\n";
 }
 
-std::string progress_text(const json::value& progress) { return progress_line(progress) + "\n"; }
+std::string progress_text(const rpc::CampaignProgress& progress) { return progress_line(progress) + "\n"; }
 
-std::string identified_text(const json::value& made) {
-  std::string text = "campaign " + string_at(made, "/id") + ": model " + string_at(made, "/model_id");
-  text += ", identified from " + text_at(made, "/identify_poses") + " poses";
-  text += find_at(made, "/validation_after_mm")
-              ? ", " + number_at(made, "/validation_after_mm", 3, " mm") + " on " +
-                    text_at(made, "/validate_poses") + " validation poses (" +
-                    number_at(made, "/validation_before_mm", 3, " mm") + " before)\n"
+/// Of a verdict, what is shown here.
+struct ShownVerdict {
+  struct Finding {
+    std::string sentence;
+  };
+  std::vector<Finding> findings;
+};
+void layout(record::Io& io, ShownVerdict::Finding& x) { io("sentence", x.sentence); }
+void layout(record::Io& io, ShownVerdict& x) { io.defaulted("findings", x.findings); }
+
+std::string identified_text(const rpc::CampaignIdentify::Result& made) {
+  std::string text = "campaign " + made.id + ": model " + made.model_id;
+  text += ", identified from " + shown(made.identify_poses) + " poses";
+  text += made.validation_after_mm
+              ? ", " + shown(made.validation_after_mm, 3, " mm") + " on " + shown(made.validate_poses) +
+                    " validation poses (" + shown(made.validation_before_mm, 3, " mm") + " before)\n"
               : ", validated on none\n";
-  for (const json::value& finding : list_at(made, "/verdict/findings"))
-    text += text_at(finding, "/sentence") + "\n";
-  if (const std::string reason = string_at(made, "/reason"); !reason.empty()) text += reason + "\n";
-  text += "next: truepose report " + string_at(made, "/id") + " --html report.html";
-  return text + (is_true_at(made, "/activated")
-                     ? "\n"
-                     : "; truepose model activate " + string_at(made, "/model_id") + "\n");
+  const auto verdict = value_or_throw(received<ShownVerdict>(made.verdict, "campaign.identify: verdict"));
+  for (const auto& finding : verdict.record.findings) text += finding.sentence + "\n";
+  if (!made.reason.empty()) text += made.reason + "\n";
+  text += "next: truepose report " + made.id + " --html report.html";
+  return text + (made.activated ? "\n" : "; truepose model activate " + made.model_id + "\n");
 }
 
 /// Numbers as a list of positions; none where there are none.
@@ -68,12 +75,12 @@ int start_campaign(const OnlineArguments& given, const json::object& params) {
   }
   if (given.tool || given.base) add_frame(given, all);
   if (given.watch) return start_and_watch(given.online, all);
-  return ask(given.online, "campaign.start", all, started_text);
+  return ask<rpc::CampaignStart>(given.online, all, started_text);
 }
 
 int resume_campaign(const OnlineArguments& given, const json::object& params) {
-  if (given.watch) return resume_and_watch(given.online, params);
-  return ask(given.online, "campaign.resume", params, progress_text);
+  if (given.watch) return resume_and_watch(given.online, given.id);
+  return ask<rpc::CampaignResume>(given.online, params, progress_text);
 }
 
 // clang-format off
@@ -170,15 +177,15 @@ std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
          {.check = in_range(1, 100), .needs = {"--tool"}}},
         {"--note", &a.note, "what for: shown with the campaign and in its report", {.key = "note"}},
         {"--watch", &a.watch, "follow it to its end"}},
-       nullptr, start_campaign},
-      {"campaign pause", "campaign.pause", "pause the campaign that runs", {}, progress_text},
+       start_campaign},
+      asks<rpc::CampaignPause>("campaign pause", "pause the campaign that runs", {}, progress_text),
       {"campaign resume", "campaign.resume", "resume the campaign that is paused, or was interrupted",
        {id_option(a, "campaign that was interrupted; default: the one that is paused"),
         {"--watch", &a.watch, "follow it to its end"}},
-       nullptr, resume_campaign},
-      {"campaign abort", "campaign.abort", "abort the campaign that runs, or was interrupted",
-       {id_option(a, "campaign that was interrupted; default: the one that runs")}, progress_text},
-      {"campaign identify", "campaign.identify",
+       resume_campaign},
+      asks<rpc::CampaignAbort>("campaign abort", "abort the campaign that runs, or was interrupted",
+       {id_option(a, "campaign that was interrupted; default: the one that runs")}, progress_text),
+      asks<rpc::CampaignIdentify>("campaign identify",
        "identify the stored points of a campaign again, also of an aborted or failed one",
        {id_option(a, "campaign", true),
         {"--non-geometric", &a.non_geometric, "none, auto; this and what follows: default as configured",
@@ -195,22 +202,21 @@ std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
          {.key = "split"}},
         {"--seed", &a.seed, "seed of the split", {.key = "seed"}},
         {"--activate", &a.activate, "take the model into use, if nothing contradicts it", {.key = "activate"}}},
-       identified_text},
-      {"campaign list", "campaign.list", "campaigns, newest first", store_options(a), nullptr,
+       identified_text),
+      {"campaign list", "campaign.list", "campaigns, newest first", store_options(a),
        [](const OnlineArguments& x, const json::object&) { return list_campaigns(x.online, x.store); }},
       {"campaign show", "campaign.get", "one campaign",
-       with(file_options(a, "campaign; default: the newest"), store_options(a)), nullptr,
-       [](const OnlineArguments& x, const json::object& params) {
-         return show_campaign(x.online, x.store, params, x.files);
+       with(file_options(a, "campaign; default: the newest"), store_options(a)),
+       [](const OnlineArguments& x, const json::object&) {
+         return show_campaign(x.online, x.store, x.id, x.files);
        }},
       {"campaign export", "campaign.get", "what a campaign measured and found, as files",
-       with(file_options(a, "campaign; default: the newest"), store_options(a)), nullptr,
-       [](const OnlineArguments& x, const json::object& params) {
-         return export_campaign(x.online, x.store, params, x.files);
+       with(file_options(a, "campaign; default: the newest"), store_options(a)),
+       [](const OnlineArguments& x, const json::object&) {
+         return export_campaign(x.online, x.store, x.id, x.files);
        }},
       {"campaign watch", "campaign.get", "follow a campaign to its end", {id_option(a, "campaign; default: the newest")},
-       nullptr,
-       [](const OnlineArguments& x, const json::object& params) { return watch_campaign(x.online, params); }},
+       [](const OnlineArguments& x, const json::object&) { return watch_campaign(x.online, x.id); }},
   };
 }
 // clang-format on

@@ -10,7 +10,6 @@
 #include "config/robot_file.hpp"
 #include "daemon/cell/campaign_archive.hpp"
 #include "daemon/store/store.hpp"
-#include "tools/truepose/online/rpc_client.hpp"
 
 namespace truepose::tools {
 
@@ -21,8 +20,17 @@ namespace {
 class DaemonSource final : public CampaignSource {
  public:
   explicit DaemonSource(const OnlineOptions& online) : client_{value_or_throw(RpcClient::connect(online))} {}
-  json::value ask(const std::string& method, const json::object& params) override {
-    return value_or_throw(client_.call(method, params));
+  Received<rpc::CampaignList::Result> ask(const rpc::CampaignList& request) override {
+    return value_or_throw(client_.call(request));
+  }
+  Received<rpc::CampaignGet::Result> ask(const rpc::CampaignGet& request) override {
+    return value_or_throw(client_.call(request));
+  }
+  rpc::CampaignExport::Result ask(const rpc::CampaignExport& request) override {
+    return value_or_throw(client_.call(request)).record;
+  }
+  rpc::ReportGet::Result ask(const rpc::ReportGet& request) override {
+    return value_or_throw(client_.call(request)).record;
   }
 
  private:
@@ -33,16 +41,6 @@ template <typename T>
 T read(daemon::StoreResult<T> result) {
   if (!result) throw CommandError{kBadInput, result.error().detail};
   return *std::move(result);
-}
-
-std::string text_in(const json::object& params, const char* key) {
-  const json::value* const value = params.if_contains(key);
-  return value ? std::string{value->as_string()} : "";
-}
-
-std::size_t number_in(const json::object& params, const char* key, std::size_t otherwise) {
-  const json::value* const value = params.if_contains(key);
-  return value ? value->to_number<std::size_t>() : otherwise;
 }
 
 void append(json::object& to, const json::object& page, const char* list) {
@@ -57,40 +55,40 @@ class StoreSource final : public CampaignSource {
   explicit StoreSource(const StoreFile& file)
       : file_{file}, store_{read(daemon::Store::open_to_read(file.store))} {}
 
-  json::value ask(const std::string& method, const json::object& params) override {
-    if (method == "campaign.list") return list();
-    if (method == "report.get") return report(params);
-    const daemon::StoredCampaign campaign = find(text_in(params, "id"));
-    const RobotModel robot = robot_of(campaign);
-    if (method == "campaign.get")
-      return record::to_json(daemon::campaign_answer(campaign, robot, number_in(params, "points_offset", 0),
-                                                     number_in(params, "points_limit", 0)));
-    const std::string csv = daemon::measurements_csv(campaign, robot);
-    const std::size_t offset = std::min(number_in(params, "offset", 0), csv.size());
-    return record::to_json(
-        rpc::CampaignExport::Result{.id = campaign.record.id, .offset = offset, .data = csv.substr(offset)});
-  }
-
- private:
-  json::value list() {
+  Received<rpc::CampaignList::Result> ask(const rpc::CampaignList&) override {
     rpc::CampaignList::Result list;
     for (const daemon::CampaignRecord& record : read(store_.campaigns()))
       list.campaigns.push_back(daemon::campaign_summary(record));
     list.total = static_cast<int>(list.campaigns.size());
-    return record::to_json(list);
+    return {record::to_json(list), list};
   }
 
-  json::value report(const json::object& params) {
-    const auto record = daemon::report_record(store_, text_in(params, "id"));
+  Received<rpc::CampaignGet::Result> ask(const rpc::CampaignGet& request) override {
+    const daemon::StoredCampaign campaign = find(request.id.value_or(""));
+    const rpc::CampaignGet::Result found = daemon::campaign_answer(
+        campaign, robot_of(campaign), request.points_offset, static_cast<std::size_t>(request.points_limit));
+    return {record::to_json(found), found};
+  }
+
+  rpc::CampaignExport::Result ask(const rpc::CampaignExport& request) override {
+    const daemon::StoredCampaign campaign = find(request.id.value_or(""));
+    const std::string csv = daemon::measurements_csv(campaign, robot_of(campaign));
+    const std::size_t offset = std::min<std::size_t>(request.offset, csv.size());
+    return {campaign.record.id, offset, csv.substr(offset)};
+  }
+
+  rpc::ReportGet::Result ask(const rpc::ReportGet& request) override {
+    const auto record = daemon::report_record(store_, request.id.value_or(""));
     if (!record && record.error().code == control::ErrorCode::Store)
       throw CommandError{kBadInput, record.error().message};
     if (!record) throw CommandError{kFailed, file_.store.string() + ": " + record.error().message};
-    auto answer = daemon::report_answer(*record, number_in(params, "points_offset", 0),
-                                        number_in(params, "points_limit", SIZE_MAX));
-    if (!answer) throw CommandError{kFailed, file_.store.string() + ": " + answer.error().message};
-    return record::to_json(*answer);
+    auto report =
+        daemon::report_answer(*record, request.points_offset, static_cast<std::size_t>(request.points_limit));
+    if (!report) throw CommandError{kFailed, file_.store.string() + ": " + report.error().message};
+    return *std::move(report);
   }
 
+ private:
   daemon::StoredCampaign find(const std::string& id) {
     auto found = read(daemon::read_campaign(store_, id));
     if (!found) throw CommandError{kFailed, file_.store.string() + ": no such campaign"};
@@ -120,22 +118,23 @@ class StoreSource final : public CampaignSource {
 
 }  // namespace
 
+std::optional<std::string> unless_empty(const std::string& id) {
+  return id.empty() ? std::nullopt : std::optional{id};
+}
+
 json::object whole_report(CampaignSource& source, const std::string& id) {
-  constexpr std::int64_t kPage = 50;
+  constexpr int kPage = 50;
+  rpc::ReportGet request{.id = unless_empty(id), .points_limit = kPage};
   json::object document;
-  std::string found = id;
-  for (std::int64_t offset = 0, total = 1; offset < total; offset += kPage) {
-    json::object params{{"points_offset", offset}, {"points_limit", kPage}};
-    if (!found.empty()) params["id"] = found;
-    const json::value reply = source.ask("report.get", params);
-    found = reply.at("id").as_string();
-    total = reply.at("points_total").to_number<std::int64_t>();
-    const json::object& page = reply.at("document").as_object();
-    if (offset == 0) {
-      document = page;
+  for (std::uint64_t total = 1; request.points_offset < total; request.points_offset += kPage) {
+    rpc::ReportGet::Result page = source.ask(request);
+    request.id = page.id;
+    total = page.points_total;
+    if (request.points_offset == 0) {
+      document = std::move(page.document);
       continue;
     }
-    for (const char* list : {"points", "remeasured_points", "skipped"}) append(document, page, list);
+    for (const char* list : {"points", "remeasured_points", "skipped"}) append(document, page.document, list);
   }
   return document;
 }

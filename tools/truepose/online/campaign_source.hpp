@@ -1,12 +1,15 @@
 #pragma once
 
 #include <boost/json/object.hpp>
-#include <boost/json/value.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "proto/rpc/campaign.hpp"
+#include "proto/rpc/report.hpp"
 #include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
 
 namespace truepose::tools {
 
@@ -14,9 +17,11 @@ namespace truepose::tools {
 class CampaignSource {
  public:
   virtual ~CampaignSource() = default;
-  /// Answers campaign.list, campaign.get, campaign.export and report.get as the control protocol describes
-  /// them. Throws CommandError.
-  virtual boost::json::value ask(const std::string& method, const boost::json::object& params) = 0;
+  // All throw CommandError.
+  virtual Received<rpc::CampaignList::Result> ask(const rpc::CampaignList& request) = 0;
+  virtual Received<rpc::CampaignGet::Result> ask(const rpc::CampaignGet& request) = 0;
+  virtual rpc::CampaignExport::Result ask(const rpc::CampaignExport& request) = 0;
+  virtual rpc::ReportGet::Result ask(const rpc::ReportGet& request) = 0;
 };
 
 /// A file in place of a daemon; empty: there is a daemon.
@@ -25,6 +30,9 @@ struct StoreFile {
   /// The arm, where no model of the store says which of its joints turn.
   std::filesystem::path robot;
 };
+
+/// An id as requests have it: left out where it is empty.
+std::optional<std::string> unless_empty(const std::string& id);
 
 /// The calibration document of a campaign with all its points, page by page. Throws CommandError.
 ///

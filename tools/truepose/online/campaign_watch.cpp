@@ -4,19 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <csignal>
 
 #include "core/formatted.hpp"
+#include "proto/rpc/events.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/online_text.hpp"
-#include "tools/truepose/online/rpc_client.hpp"
 #include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
-
-namespace json = boost::json;
 
 namespace {
 
@@ -28,8 +24,8 @@ bool is_over(const std::string& phase) {
 class Display {
  public:
   explicit Display(bool silent) : silent_{silent}, overwrite_{::isatty(STDOUT_FILENO) == 1} {}
-  void show(const json::value& progress) {
-    const bool last = is_over(string_at(progress, "/phase"));
+  void show(const rpc::CampaignProgress& progress) {
+    const bool last = is_over(progress.phase);
     line_ = progress_line(progress) + (overwrite_ && !last ? "" : "\n");
     write(line_);
   }
@@ -52,12 +48,15 @@ class Display {
 
 /// Text of an event other than progress; empty: it does not belong to a campaign.
 std::string event_text(const control::Event& event) {
-  const json::value data = event.data;
-  if (event.topic == "log") return string_at(data, "/level") == "warning" ? string_at(data, "/text") : "";
+  if (event.topic == "log") {
+    const auto line = record::from_json<rpc::LogLine>(event.data);
+    return line && line->level == "warning" ? line->text : "";
+  }
   if (event.topic != "cell") return {};
-  const std::string state = string_at(data, "/state");
-  const bool concerns = state == "campaign" || state == "paused" || state == "fault";
-  return concerns ? string_at(data, "/reason") : "";
+  const auto cell = record::from_json<rpc::StateChanged>(event.data);
+  const bool concerns =
+      cell && (cell->state == "campaign" || cell->state == "paused" || cell->state == "fault");
+  return concerns ? cell->reason : "";
 }
 
 /// Says at an interruption what continues without this program.
@@ -86,9 +85,9 @@ class InterruptNotice {
 };
 
 std::string model_text_of(RpcClient& client, const std::string& id) {
-  const json::value found = value_or_throw(client.call("model.get", {{"id", id}}));
-  return "model " + id + ", " + number_at(found, "/model/validation_after_mm", 3, " mm") +
-         " on validation poses, " + (is_true_at(found, "/model/active") ? "active" : "not active");
+  const rpc::ModelSummary model = value_or_throw(client.call(rpc::ModelGet{.id = id})).record.model;
+  return "model " + id + ", " + shown(model.validation_after_mm, 3, " mm") + " on validation poses, " +
+         (model.active ? "active" : "not active");
 }
 
 /// The command that a campaign without a model was for.
@@ -111,36 +110,38 @@ control::Event next_event(RpcClient& client) {
 }  // namespace
 
 void subscribe_to_watch(RpcClient& client) {
-  value_or_throw(client.call("events.subscribe", {{"topics", json::array{"campaign", "cell", "log"}}}));
+  using enum control::Topic;
+  value_or_throw(client.call(rpc::EventsSubscribe{.topics = {{Campaign, Cell, Log}}}));
 }
 
-json::value watch_to_end(RpcClient& client, const std::string& id, json::value progress, bool silent) {
-  const InterruptNotice notice{id};
+Received<rpc::CampaignProgress> watch_to_end(RpcClient& client, const rpc::CampaignProgress& begun,
+                                             bool silent) {
+  const InterruptNotice notice{begun.id};
   Display display{silent};
-  display.show(progress);
-  while (!is_over(string_at(progress, "/phase"))) {
+  display.show(begun);
+  Received<rpc::CampaignProgress> progress{record::to_json(begun), begun};
+  while (!is_over(progress.record.phase)) {
     const control::Event event = next_event(client);
     if (const std::string what = event_text(event); !what.empty()) display.tell(event, what);
-    json::value data = event.data;
-    if (event.topic != "campaign" || string_at(data, "/id") != id) continue;
-    progress = std::move(data);
-    display.show(progress);
+    if (event.topic != "campaign") continue;
+    auto next = value_or_throw(received<rpc::CampaignProgress>(event.data, "event campaign"));
+    if (next.record.id != begun.id) continue;
+    progress = std::move(next);
+    display.show(progress.record);
   }
   return progress;
 }
 
-std::string ending_text(RpcClient& client, const json::value& progress) {
-  const std::string id = string_at(progress, "/id"), phase = string_at(progress, "/phase");
+std::string ending_text(RpcClient& client, const rpc::CampaignProgress& progress) {
+  const std::string &id = progress.id, &phase = progress.phase;
   if (phase == "interrupted")
     return "campaign " + id + " was interrupted; what it measured is kept\nnext: truepose campaign resume " +
            id + ", or truepose campaign abort " + id + "\n";
   if (phase != "done")
     return "campaign " + id + " " + phase + "; what it measured is kept\nnext: truepose campaign show " + id +
            "\n";
-  const json::value* const model = find_at(progress, "/model_id");
-  if (!model || !model->is_string())
-    return "campaign " + id + " is done\nnext: " + next_after(string_at(progress, "/kind"), id) + "\n";
-  return "campaign " + id + " is done: " + model_text_of(client, string_at(progress, "/model_id")) +
+  if (!progress.model_id) return "campaign " + id + " is done\nnext: " + next_after(progress.kind, id) + "\n";
+  return "campaign " + id + " is done: " + model_text_of(client, *progress.model_id) +
          "\nnext: truepose report " + id + " --html report.html\n";
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <boost/json/value.hpp>
 #include <string>
 
-namespace truepose::tools {
+#include "proto/rpc/campaign.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
 
-class RpcClient;
+namespace truepose::tools {
 
 /// The client's events from now on are those that watch_to_end() shows.
 void subscribe_to_watch(RpcClient& client);
@@ -14,13 +14,13 @@ void subscribe_to_watch(RpcClient& client);
 /// paused. Ctrl-C ends this program alone, and says how the campaign is followed or aborted. The client is
 /// subscribed. Throws CommandError.
 ///
-/// @param progress  that it has made so far
-/// @param silent    shows nothing
+/// @param begun   progress that it has made so far
+/// @param silent  shows nothing
 /// @return its last progress
-boost::json::value watch_to_end(RpcClient& client, const std::string& id, boost::json::value progress,
-                                bool silent);
+Received<rpc::CampaignProgress> watch_to_end(RpcClient& client, const rpc::CampaignProgress& begun,
+                                             bool silent);
 
 /// What a campaign has come to, by its last progress, and what to do next. Throws CommandError.
-std::string ending_text(RpcClient& client, const boost::json::value& progress);
+std::string ending_text(RpcClient& client, const rpc::CampaignProgress& progress);
 
 }  // namespace truepose::tools

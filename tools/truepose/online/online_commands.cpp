@@ -8,12 +8,12 @@
 
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/rpc/events.hpp"
 #include "tools/truepose/online/backup_command.hpp"
 #include "tools/truepose/online/online_row.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/online/path_report.hpp"
 #include "tools/truepose/online/recording_commands.hpp"
-#include "tools/truepose/online/rpc_client.hpp"
 #include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
@@ -21,65 +21,60 @@ namespace {
 
 // ---- Texts of one sentence ----
 
-std::string activated_text(const json::value& model) {
-  return "model " + string_at(model, "/id") + " is active\n";
+std::string activated_text(const rpc::ModelSummary& model) { return "model " + model.id + " is active\n"; }
+
+std::string deactivated_text(const rpc::ModelDeactivate::Result& result) {
+  return result.deactivated ? "model " + *result.deactivated + " is deactivated\n" : "no model was active\n";
 }
 
-std::string deactivated_text(const json::value& result) {
-  const std::string id = string_at(result, "/deactivated");
-  return id.empty() ? "no model was active\n" : "model " + id + " is deactivated\n";
+std::string tool_in_use_text(const rpc::ToolInUse& tool) {
+  return "tool " + shown(tool.number) + " is in use as campaign " + tool.campaign_id.value_or("") +
+         " measured it; the controller has to have " + tool.krl.value_or("") + "\n";
 }
 
-std::string tool_in_use_text(const json::value& tool) {
-  return "tool " + text_at(tool, "/number") + " is in use as campaign " + string_at(tool, "/campaign_id") +
-         " measured it; the controller has to have " + string_at(tool, "/krl") + "\n";
+std::string tool_out_of_use_text(const rpc::ToolDeactivate::Result& result) {
+  return "the tool that campaign " + result.deactivated + " measured is not in use any more\n";
 }
 
-std::string tool_out_of_use_text(const json::value& result) {
-  return "the tool that campaign " + string_at(result, "/deactivated") + " measured is not in use any more\n";
-}
+std::string exported_text(const rpc::ModelExport::Result& model) { return model.yaml; }
 
-std::string exported_text(const json::value& model) { return string_at(model, "/yaml"); }
-
-std::string answer_text(const json::value& answer) { return control::json_text(answer) + "\n"; }
+std::string json_line(const json::value& value) { return control::json_text(value) + "\n"; }
 
 // ---- Commands that are more than a call and its text ----
 
 int export_model(const OnlineArguments& given, const json::object& params) {
-  if (given.out.empty()) return ask(given.online, "model.export", params, exported_text);
+  if (given.out.empty()) return ask<rpc::ModelExport>(given.online, params, exported_text);
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
-  const json::value model = value_or_throw(client.call("model.export", params));
-  config::write_text_file(given.out, string_at(model, "/yaml"));
-  print(given.online, {{"id", string_at(model, "/id")}, {"file", given.out.string()}},
-        [](const json::value& written) {
-          return "model " + string_at(written, "/id") + " written to " + string_at(written, "/file") + "\n";
-        });
+  const auto [id, yaml] = value_or_throw(client.call_with<rpc::ModelExport>(params)).record;
+  config::write_text_file(given.out, yaml);
+  print(given.online, {{"id", id}, {"file", given.out.string()}},
+        "model " + id + " written to " + given.out.string() + "\n");
   return kDone;
 }
 
 int print_events(const OnlineArguments& given, const json::object& params) {
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
-  const json::value subscribed = value_or_throw(client.call("events.subscribe", params));
-  for (const json::value& gap : list_at(subscribed, "/missing"))
-    print_to_stderr("truepose: events " + text_at(gap, "/first") + " to " + text_at(gap, "/last") +
-                    " may be missing: " + text_at(gap, "/reason"));
+  const auto subscribed = value_or_throw(client.call_with<rpc::EventsSubscribe>(params));
+  for (const auto& gap : subscribed.record.missing)
+    print_to_stderr("truepose: events " + shown(gap.first) + " to " + shown(gap.last) +
+                    " may be missing: " + shown(gap.reason));
   for (std::uint64_t seen = 0; !given.count || seen < *given.count; ++seen) {
     const control::Event event = value_or_throw(client.next_event());
-    print(given.online.json
-              ? answer_text(
-                    {{"seq", event.seq}, {"time", event.time}, {"topic", event.topic}, {"data", event.data}})
-              : event_line(event) + "\n");
+    print(given.online,
+          {{"seq", event.seq}, {"time", event.time}, {"topic", event.topic}, {"data", event.data}},
+          event_line(event) + "\n");
   }
   return kDone;
 }
 
 int call_method(const OnlineArguments& given, const json::object&) {
-  if (given.params.empty()) return ask(given.online, given.method, {}, answer_text);
-  const auto parsed = control::parse_json(given.params);
+  const auto parsed = given.params.empty() ? json::object{} : control::parse_json(given.params);
   if (!parsed) throw CommandError{kBadInput, "call: JSON: " + parsed.error()};
   if (!parsed->is_object())
     throw CommandError{kBadInput, "call: JSON: expected an object, such as {\"limit\": 5}"};
-  return ask(given.online, given.method, parsed->get_object(), answer_text);
+  RpcClient client = value_or_throw(RpcClient::connect(given.online));
+  print(json_line(value_or_throw(client.call(given.method, parsed->get_object()))));
+  return kDone;
 }
 
 // ---- The table ----
@@ -110,81 +105,81 @@ std::vector<Option> connection_options(OnlineOptions& online) {
 // clang-format off
 std::vector<OnlineRow> cell_rows() {
   return {
-      {"status", "cell.status", "what the cell does, its devices, model, stream and faults", {}, status_text},
-      {"connect", "cell.connect", "connect robot and tracker", {}, status_text},
-      {"disconnect", "cell.disconnect", "let robot and tracker go", {}, status_text},
-      {"acknowledge", "cell.acknowledge", "clear a fault once its cause is gone, or let a stream that holds continue",
-       {}, status_text},
+      asks<rpc::GetCellStatus>("status", "what the cell does, its devices, model, stream and faults", {}, status_text),
+      asks<rpc::CellConnect>("connect", "connect robot and tracker", {}, status_text),
+      asks<rpc::CellDisconnect>("disconnect", "let robot and tracker go", {}, status_text),
+      asks<rpc::CellAcknowledge>("acknowledge", "clear a fault once its cause is gone, or let a stream that holds continue",
+       {}, status_text),
   };
 }
 
 std::vector<OnlineRow> other_rows(OnlineArguments& a) {
   return {
       {"model", "", "the models that campaigns made"},
-      {"model list", "model.list", "models, newest first", {}, models_text},
-      {"model show", "model.get", "one model with its parameters",
-       {id_option(a, "model; default: the active one")}, model_text},
-      {"model activate", "model.activate", "let a model correct the arm", {id_option(a, "model", true)}, activated_text},
-      {"model rollback", "model.rollback", "activate the model that was active before", {}, activated_text},
-      {"model deactivate", "model.deactivate", "let no model correct the arm", {}, deactivated_text},
+      asks<rpc::ModelList>("model list", "models, newest first", {}, models_text),
+      asks<rpc::ModelGet>("model show", "one model with its parameters",
+       {id_option(a, "model; default: the active one")}, model_text),
+      asks<rpc::ModelActivate>("model activate", "let a model correct the arm", {id_option(a, "model", true)}, activated_text),
+      asks<rpc::ModelRollback>("model rollback", "activate the model that was active before", {}, activated_text),
+      asks<rpc::ModelDeactivate>("model deactivate", "let no model correct the arm", {}, deactivated_text),
       {"model export", "model.export", "write a model file",
        {id_option(a, "model; default: the active one"), {"--out", &a.out, "file; default: standard output",
        {.file = FileUse::Written}}},
-       nullptr, export_model},
+       export_model},
 
       {"tools", "", "the measured tools that are in use"},
-      {"tools list", "tool.list", "the tools that are known by their numbers", {}, tools_text},
-      {"tools activate", "tool.activate", "take the tool that a campaign measured into use, under its number",
-       {id_option(a, "campaign", true)}, tool_in_use_text},
-      {"tools deactivate", "tool.deactivate", "take it out of use again; one of the cell file stays",
-       {{"NUMBER", &a.tool, "in TOOL_DATA", {.required = true, .key = "number"}}}, tool_out_of_use_text},
+      asks<rpc::ToolList>("tools list", "the tools that are known by their numbers", {}, tools_text),
+      asks<rpc::ToolActivate>("tools activate", "take the tool that a campaign measured into use, under its number",
+       {id_option(a, "campaign", true)}, tool_in_use_text),
+      asks<rpc::ToolDeactivate>("tools deactivate", "take it out of use again; one of the cell file stays",
+       {{"NUMBER", &a.tool, "in TOOL_DATA", {.required = true, .key = "number"}}}, tool_out_of_use_text),
 
       {"stream", "", "correct the arm while it works"},
-      {"stream start", "stream.start", "ramp the corrections in", {}, stream_text},
-      {"stream stop", "stream.stop", "ramp them out", {}, stream_text},
-      {"stream arm", "stream.arm", "correct every program that opens RSI, from now on", {}, stream_text},
-      {"stream disarm", "stream.disarm", "ramp out what is corrected, and correct no other", {}, stream_text},
-      {"stream status", "stream.status", "counters of the stream", {}, stream_text},
+      asks<rpc::StreamStart>("stream start", "ramp the corrections in", {}, stream_text),
+      asks<rpc::StreamStop>("stream stop", "ramp them out", {}, stream_text),
+      asks<rpc::StreamArm>("stream arm", "correct every program that opens RSI, from now on", {}, stream_text),
+      asks<rpc::StreamDisarm>("stream disarm", "ramp out what is corrected, and correct no other", {}, stream_text),
+      asks<rpc::GetStreamStatus>("stream status", "counters of the stream", {}, stream_text),
 
       {"control", "", "who is in command"},
-      {"control show", "control.get", "who has control", {}, control_text},
-      {"control acquire", "control.acquire", "take control, or renew it",
-       {{"--lease", &a.lease_s, "seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text},
-      {"control takeover", "control.takeover", "take control from a lower role too",
-       {{"--lease", &a.lease_s, "seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text},
-      {"control release", "control.release", "give control back", {}, control_text},
+      asks<rpc::ControlGet>("control show", "who has control", {}, control_text),
+      asks<rpc::ControlAcquire>("control acquire", "take control, or renew it",
+       {{"--lease", &a.lease_s, "seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text),
+      asks<rpc::ControlTakeover>("control takeover", "take control from a lower role too",
+       {{"--lease", &a.lease_s, "seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text),
+      asks<rpc::ControlRelease>("control release", "give control back", {}, control_text),
 
       {"audit", "", "what was commanded, and by whom"},
-      {"audit list", "audit.list", "commands, newest first",
-       {{"--limit", &a.limit, "so many records at most", {.key = "limit"}}}, audit_text},
-      {"audit acknowledge", "audit.acknowledge", "acknowledge that the audit trail was changed",
+      asks<rpc::AuditList>("audit list", "commands, newest first",
+       {{"--limit", &a.limit, "so many records at most", {.key = "limit"}}}, audit_text),
+      asks<rpc::AuditAcknowledge>("audit acknowledge", "acknowledge that the audit trail was changed",
        {{"--name", &a.id, "of the person who has found out what happened", {.required = true, .key = "name"}}},
-       acknowledged_text},
+       acknowledged_text),
 
       {"recording", "", "what went over the wires to robot and tracker"},
       {"recording save", "recording.save", "write the last minutes to a file",
        {{"--out", &a.out, "file here; default: among the daemon's recordings alone",
-       {.file = FileUse::Written}}}, nullptr,
+       {.file = FileUse::Written}}},
        [](const OnlineArguments& x, const json::object&) { return save_recording(x.online, x.out); }},
-      {"recording list", "recording.list", "recordings, newest first", {}, recordings_text},
+      asks<rpc::RecordingList>("recording list", "recordings, newest first", {}, recordings_text),
       {"recording export", "recording.get", "copy a recording to a file",
        {{"NAME", &a.id, "recording", {.required = true, .key = "name"}},
         {"--out", &a.out, "file", {.required = true, .file = FileUse::Written}}},
-       nullptr, [](const OnlineArguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); }},
+       [](const OnlineArguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); }},
 
       {"backup", "store.backup", "copy the store while the daemon uses it",
-       {{"--out", &a.out, "file here", {.required = true, .file = FileUse::Written}}}, nullptr,
+       {{"--out", &a.out, "file here", {.required = true, .file = FileUse::Written}}},
        [](const OnlineArguments& x, const json::object&) { return back_up(x.online, x.out); }},
 
       {"events", "events.subscribe", "print what happens",
        {{"--topics", &a.topics, "cell, campaign, measurement, stream, model, fault, log, control", {.key = "topics"}},
         {"--after", &a.after, "number of the last event seen: what followed comes first", {.key = "after"}},
         {"--count", &a.count, "end after so many"}},
-       nullptr, print_events},
+       print_events},
       {"call", "", "call any method of the daemon",
        {{"METHOD", &a.method, "such as cell.status", {.required = true}},
         {"JSON", &a.params, "its parameters, an object"}},
-       nullptr, call_method},
+       call_method},
       {"report", "report.get", "errors before and after: a table, and a page to keep",
        {{"ID", &a.report.campaign, "campaign; default: the newest that is done", {.key = "id"}},
         {"--document", &a.report.document, "a calibration document (JSON) instead of the daemon's",
@@ -210,7 +205,7 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
          {.file = FileUse::Read}},
         {"--html", &a.report.html, "write the page here", {.file = FileUse::Written}},
         {"--out-json", &a.report.json, "write the document here", {.file = FileUse::Written}}},
-       nullptr, [](const OnlineArguments& x, const json::object&) {
+       [](const OnlineArguments& x, const json::object&) {
          return x.report.model.empty() ? report_campaign(x.online, x.report) : report_path(x.online, x.report);
        }},
   };
@@ -251,14 +246,11 @@ json::object parameters_of(const std::vector<Option>& options) {
 
 Command command_of(const OnlineRow& row, const std::shared_ptr<OnlineArguments>& arguments) {
   Command command{.name = row.name, .help = row.help, .method = row.method};
-  if (!row.text && !row.run) return command;  // a group
+  if (!row.run) return command;  // a group
   command.options = connection_options(arguments->online);
   command.options.push_back({"--json", &arguments->online.json, "print one JSON document"});
   command.options.insert(command.options.end(), row.options.begin(), row.options.end());
-  command.run = [row, arguments] {
-    const json::object params = parameters_of(row.options);
-    return row.run ? row.run(*arguments, params) : ask(arguments->online, row.method, params, row.text);
-  };
+  command.run = [row, arguments] { return row.run(*arguments, parameters_of(row.options)); };
   return command;
 }
 
@@ -269,15 +261,8 @@ void print(const std::string& text) {
   std::fflush(stdout);
 }
 
-void print(const OnlineOptions& online, const json::value& answer, std::string (*text)(const json::value&)) {
-  print(online.json ? control::json_text(answer) + "\n" : text(answer));
-}
-
-int ask(const OnlineOptions& online, const std::string& method, const json::object& params,
-        std::string (*text)(const json::value&)) {
-  RpcClient client = value_or_throw(RpcClient::connect(online));
-  print(online, value_or_throw(client.call(method, params)), text);
-  return kDone;
+void print(const OnlineOptions& online, const json::value& answer, const std::string& text) {
+  print(online.json ? json_line(answer) : text);
 }
 
 Option id_option(OnlineArguments& arguments, const char* help, bool required) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "proto/rpc/campaign.hpp"
 #include "tools/truepose/command_line.hpp"
 #include "tools/truepose/online/daemon_connection.hpp"
 
@@ -19,13 +20,12 @@ CommandLine online_commands();
 
 /// Prints, at once.
 void print(const std::string& text);
-/// The answer, as JSON where that was asked for.
-void print(const OnlineOptions& online, const boost::json::value& answer,
-           std::string (*text)(const boost::json::value& answer));
+/// The answer as JSON where that was asked for, else as text.
+void print(const OnlineOptions& online, const boost::json::value& answer, const std::string& text);
 
 /// Lets the daemon measure a few poses and judge its active model. @return kFailed where that is no longer
 /// right. Throws CommandError.
-int check_drift(const OnlineOptions& online, const boost::json::object& params);
+int check_drift(const OnlineOptions& online, const rpc::DriftCheck& request);
 
 /// What a report is made of and where it goes. Empty paths are not read or written.
 struct ReportOptions {

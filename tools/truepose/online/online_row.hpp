@@ -4,6 +4,7 @@
 #include <boost/json/value.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "tools/truepose/online/campaign_commands.hpp"
 #include "tools/truepose/online/campaign_source.hpp"
 #include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/online/rpc_client.hpp"
 
 namespace truepose::tools {
 
@@ -52,18 +54,36 @@ struct OnlineArguments {
   ReportOptions report;
 };
 
-/// A command that the daemon answers: it calls the method with those of its options that are parameters of
-/// it, and prints the answer.
+/// A command that the daemon answers.
 struct OnlineRow {
   std::string name, method, help;
   std::vector<Option> options{};
-  std::string (*text)(const json::value& answer) = nullptr;
-  int (*run)(const OnlineArguments& given, const json::object& params) = nullptr;  ///< where that is not all
+  /// @param params  those of the options that are parameters of the method
+  std::function<int(const OnlineArguments& given, const json::object& params)> run{};
 };
 
 /// Calls a method and prints the answer.
-int ask(const OnlineOptions& online, const std::string& method, const json::object& params,
-        std::string (*text)(const json::value&));
+/// @param params  those that are left out have the daemon's defaults
+template <rpc::Request R>
+int ask(const OnlineOptions& online, const json::object& params,
+        std::string (*text)(const typename R::Result&)) {
+  RpcClient client = value_or_throw(RpcClient::connect(online));
+  constexpr auto read = &received<typename R::Result>;
+  const json::value answer = value_or_throw(client.call(R::method().name, params));
+  // As JSON, what a daemon of another version answers is printed too.
+  print(online, answer, online.json ? "" : text(value_or_throw(read(answer, R::method().name)).record));
+  return kDone;
+}
+
+/// A command that is no more than that.
+template <rpc::Request R>
+OnlineRow asks(std::string name, std::string help, std::vector<Option> options,
+               std::string (*text)(const typename R::Result&)) {
+  return {std::move(name), std::string{R::method().name}, std::move(help), std::move(options),
+          [text](const OnlineArguments& given, const json::object& params) {
+            return ask<R>(given.online, params, text);
+          }};
+}
 
 /// The parameter `id`.
 Option id_option(OnlineArguments& arguments, const char* help, bool required = false);

@@ -1,13 +1,14 @@
 #include "tools/truepose/online/online_text.hpp"
 
 #include <algorithm>
-#include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
 #include <cmath>
 #include <map>
 
 #include "core/formatted.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
+#include "proto/rpc/events.hpp"
 #include "tools/truepose/frame_text.hpp"
 #include "tools/truepose/text.hpp"
 
@@ -25,339 +26,328 @@ std::string duration(double seconds) {
   return std::to_string(whole) + " s";
 }
 
-std::string device(const json::value& status, const std::string& pointer) {
-  const std::string reason = text_at(status, pointer + "/why_not_ready");
-  if (!is_true_at(status, pointer + "/connected"))
-    return reason == "-" || reason == "not connected" ? "not connected" : "not connected: " + reason;
-  std::string line = text_at(status, pointer + "/model") + ", serial " + text_at(status, pointer + "/serial");
-  return reason == "-" ? line : line + ", not ready: " + reason;
+/// ": why", or nothing.
+std::string because(const std::string& why) { return why.empty() ? "" : ": " + why; }
+
+/// @param status  of the robot or the tracker
+std::string device(const auto& status) {
+  const std::string& reason = status.why_not_ready;
+  if (!status.connected) return "not connected" + because(reason == "not connected" ? "" : reason);
+  const std::string line = shown(status.model) + ", serial " + shown(status.serial);
+  return reason.empty() ? line : line + ", not ready: " + reason;
 }
 
-/// @param at  where in the answer the model is
-std::string model_line(const json::value& answer, const std::string& at) {
-  return text_at(answer, at + "/id") + ", " + number_at(answer, at + "/validation_after_mm", 3, " mm") +
-         " on validation poses";
+std::string model_line(const rpc::ModelSummary& model) {
+  return model.id + ", " + shown(model.validation_after_mm, 3, " mm") + " on validation poses";
 }
 
-std::string stream_line(const json::value& stream) {
-  const std::string reason = text_at(stream, "/reason");
-  return text_at(stream, "/state") + (reason == "-" ? "" : ": " + reason);
-}
+std::string stream_line(const rpc::StreamStatus& stream) { return stream.state + because(stream.reason); }
 
-/// What the controller tells of itself: "-" where that is not known.
-std::string condition_line(const json::value& stream) {
-  const auto flag = [&](const char* at, const char* yes, const char* no) {
-    return !find_at(stream, at) ? "-" : is_true_at(stream, at) ? yes : no;
+/// What the controller says of itself: "-" where that is not known.
+std::string condition_line(const rpc::StreamStatus::Robot& robot) {
+  const auto flag = [](std::optional<bool> is_set, const char* yes, const char* no) {
+    return !is_set ? "-" : *is_set ? yes : no;
   };
-  std::string line = "mode " + text_at(stream, "/robot/mode") + ", override " +
-                     number_at(stream, "/robot/override_percent", 0, " %") + ", program " +
-                     text_at(stream, "/robot/program") + ", emergency stop " +
-                     flag("/robot/emergency_stop", "pressed", "not pressed") + ", safety gate " +
-                     flag("/robot/gate_open", "open", "closed");
-  const std::string why = text_at(stream, "/robot/unknown");
-  return why == "-" ? line : line + " (not known: " + why + ")";
+  const std::string line = "mode " + shown(robot.mode) + ", override " +
+                           shown(robot.override_percent, 0, " %") + ", program " + shown(robot.program) +
+                           ", emergency stop " + flag(robot.emergency_stop, "pressed", "not pressed") +
+                           ", safety gate " + flag(robot.gate_open, "open", "closed");
+  return robot.unknown.empty() ? line : line + " (not known: " + robot.unknown + ")";
 }
 
-/// What the tracker loop came to at each target; empty for a campaign of another kind.
-std::string targets_table(const json::value& campaign) {
-  if (!find_at(campaign, "/targets")) return {};
+/// What the tracker loop came to at each target.
+std::string targets_table(const rpc::TargetsDocument& document) {
   std::vector<Cells> rows{{"TARGET", "REACHED", "ROUNDS", "FIRST mm", "LAST mm", "MEAN mm", ""}};
-  for (const json::value& target : list_at(campaign, "/targets/targets")) {
-    const std::size_t rounds = list_at(target, "/errors_mm").size();
-    const std::string last = "/errors_mm/" + std::to_string(rounds - 1);
-    rows.push_back({text_at(target, "/target"), text_at(target, "/reached"), std::to_string(rounds),
-                    number_at(target, "/errors_mm/0", 3), rounds == 0 ? "-" : number_at(target, last, 3),
-                    rounds == 0 ? "-" : number_at(target, "/averaged_mm", 4),
-                    is_true_at(target, "/reached") ? "" : text_at(target, "/reason")});
+  for (const auto& target : document.targets) {
+    const std::vector<double>& mm = target.errors_mm;
+    const bool is_measured = !mm.empty();
+    rows.push_back({shown(target.target), shown(target.reached), shown(mm.size()),
+                    is_measured ? shown(mm.front(), 3) : "-", is_measured ? shown(mm.back(), 3) : "-",
+                    is_measured ? shown(target.averaged_mm, 4) : "-",
+                    target.reached ? "" : shown(target.reason)});
   }
-  return "\n" + text_table(rows);
+  return text_table(rows);
 }
 
 /// Accuracy and repeatability of each pose of an ISO 9283 test, and how they vary with the direction of
-/// approach; empty for a campaign of another kind.
-std::string cycles_table(const json::value& campaign) {
-  if (!find_at(campaign, "/iso9283")) return {};
+/// approach.
+std::string cycles_table(const rpc::Iso9283Document& document) {
   std::vector<Cells> rows{{"POSE", "CYCLES", "AP mm", "RP mm"}};
-  for (const json::value& set : list_at(campaign, "/iso9283/sets")) {
-    std::string pose = text_at(set, "/point");
-    if (!set.at("direction").as_string().empty()) pose += " " + text_at(set, "/direction");
-    rows.push_back({pose, text_at(set, "/cycles"), number_at(set, "/AP/p", 3), number_at(set, "/RP/l", 3)});
-  }
+  for (const auto& set : document.test.sets)
+    rows.push_back({set.point + (set.direction.empty() ? "" : " " + set.direction), shown(set.cycles),
+                    shown(set.characteristics.accuracy.p_mm, 3),
+                    shown(set.characteristics.repeatability.l_mm, 3)});
   std::string variations;
-  for (const json::value& variation : list_at(campaign, "/iso9283/variations"))
-    variations += text_at(variation, "/point") + ": vAP " + number_at(variation, "/vAP/p", 3) + " mm\n";
-  return "\n" + text_table(rows) + variations + "ISO 9283:1998, " +
-         (is_true_at(campaign, "/iso9283/compensated") ? "compensated" : "not compensated") +
-         (text_at(campaign, "/iso9283/frame") == "fitted" ? ", AP after a fit of the frame\n" : "\n");
+  for (const auto& of : document.test.variations)
+    variations += of.point + ": vAP " + shown(of.variation.p_mm, 3) + " mm\n";
+  const bool fitted = document.test.frame == record::Iso9283Frame::Fitted;
+  return text_table(rows) + variations + "ISO 9283:1998, " +
+         (document.compensated ? "compensated" : "not compensated") +
+         (fitted ? ", AP after a fit of the frame\n" : "\n");
 }
 
-std::string frame_table(const json::value& campaign) {
-  const json::value* const found = find_at(campaign, "/frame");
-  if (!found) return {};
-  const auto document = record::read_frame_document(*found);
-  return "\n" + (document ? frame_text(*document) : "the daemon's document: " + document.error() + "\n");
+/// Of a document as the daemon has stored it; empty for a campaign of another kind.
+template <class Document>
+std::string stored_table(const json::value& stored, std::string (*table)(const Document&)) {
+  if (stored.is_null()) return {};
+  const auto document = record::from_json<Document>(stored);
+  return "\n" + (document ? table(*document) : "the daemon's document: " + document.error() + "\n");
 }
 
 /// "0.012 -0.300 - 0 0 0 deg", "-" for what is not known.
-std::string axes_text(const json::value& document, std::string_view path) {
-  const json::value* const axes = find_at(document, path);
-  if (!axes || !axes->is_array() || axes->as_array().empty()) return "-";
+std::string axes_text(const std::vector<std::optional<double>>& axes_deg) {
+  if (axes_deg.empty()) return "-";
   std::string line;
-  for (const json::value& axis : axes->as_array()) {
-    line += axis.is_number() ? formatted("%.3f ", axis.to_number<double>()) : "- ";
-  }
+  for (const auto& axis_deg : axes_deg) line += shown(axis_deg, 3) + " ";
   return line + "deg";
 }
 
-std::string kilobytes_at(const json::value& document, std::string_view path) {
-  const json::value* const bytes = find_at(document, path);
-  return bytes && bytes->is_number() ? formatted("%.0f", bytes->to_number<double>() / 1e3) : "-";
-}
+std::string kilobytes(std::uint64_t bytes) { return shown(static_cast<double>(bytes) / 1e3, 0); }
 
-std::string measured_text(const json::value& stream) {
-  const json::array& axes = list_at(stream, "/measured_deg");
-  const bool unknown = std::ranges::all_of(axes, [](const json::value& axis) { return axis.is_null(); });
-  if (!axes.empty() && unknown)
+std::string measured_text(const std::vector<std::optional<double>>& axes_deg) {
+  const bool is_known = std::ranges::any_of(axes_deg, [](const auto& axis) { return axis.has_value(); });
+  if (!axes_deg.empty() && !is_known)
     return "not separated from the drives' lag yet: the arm moves evenly, or is watched for less than 2 s";
-  return axes_text(stream, "/measured_deg");
+  return axes_text(axes_deg);
 }
 
-std::string tool_line(const json::value& stream) {
-  const bool is_measured = is_true_at(stream, "/tool/measured");
-  return text_at(stream, "/tool/number") +
-         (is_measured ? ", measured: its TCP is corrected" : ", not measured: the reflector is corrected");
+std::string tool_line(const rpc::StreamStatus::Tool& tool) {
+  return shown(tool.number) +
+         (tool.measured ? ", measured: its TCP is corrected" : ", not measured: the reflector is corrected");
+}
+
+// ---- Of events ----
+
+std::string state_line(const rpc::StateChanged& x) {
+  return shown(x.from) + " -> " + x.state + ": " + shown(x.reason);
+}
+
+std::string measured_line(const rpc::PointMeasured& x) {
+  const std::string point = x.purpose + " pose " + shown(x.pose) + ": ";
+  if (x.p_mm) return point + "error " + shown(x.error_mm, 3, " mm");
+  return point + (x.reason.empty() ? "touched " + x.smr : "skipped, " + x.reason);
+}
+
+std::string model_line(const rpc::ModelChanged& x) { return x.change + " " + x.model.id; }
+
+std::string fault_line(const rpc::FaultChanged& x) {
+  return (x.active ? "" : "gone: ") + shown(x.code) + ": " + shown(x.text);
+}
+
+std::string control_line(const rpc::ControlChanged& x) {
+  return shown(x.by) + ": " + x.change + (x.method ? " " + *x.method + ", " + shown(x.result) : "") +
+         (x.from ? " from " + *x.from : "");
+}
+
+std::string log_line(const rpc::LogLine& x) { return x.level + ": " + shown(x.text); }
+
+template <class Record>
+std::string data_line(const json::object& data, std::string (*line)(const Record&)) {
+  const auto record = record::from_json<Record>(data);
+  return record ? line(*record) : control::json_text(data);
 }
 
 }  // namespace
 
-std::string progress_line(const json::value& progress) {
-  std::string line = text_at(progress, "/phase");
+std::string progress_line(const rpc::CampaignProgress& progress) {
+  std::string line = progress.phase;
   line.resize(std::max<std::size_t>(line.size(), 11), ' ');
-  line += "  " + text_at(progress, "/done") + "/" + text_at(progress, "/total") + " poses";
-  if (const json::value* skipped = find_at(progress, "/skipped"); skipped && *skipped != 0)
-    line += ", " + text_at(progress, "/skipped") + " skipped";
-  if (find_at(progress, "/error_mm")) line += "  error " + number_at(progress, "/error_mm", 3, " mm");
-  if (const json::value* left = find_at(progress, "/eta_s"); left && left->is_number())
-    line += "  " + duration(left->to_number<double>()) + " left";
-  if (const std::string reason = text_at(progress, "/reason"); reason != "-") line += "  " + reason;
+  line += "  " + shown(progress.done) + "/" + shown(progress.total) + " poses";
+  if (progress.skipped.value_or(0) != 0) line += ", " + shown(progress.skipped) + " skipped";
+  if (progress.error_mm) line += "  error " + shown(progress.error_mm, 3, " mm");
+  if (progress.eta_s) line += "  " + duration(*progress.eta_s) + " left";
+  if (const std::string reason = progress.reason.value_or(""); !reason.empty()) line += "  " + reason;
   return line;
 }
 
 std::string event_line(const control::Event& event) {
-  const json::value data = event.data;
-  std::string line = std::to_string(event.seq) + "  " + event.time + "  " + event.topic + "  ";
-  if (event.topic == "campaign") return line + progress_line(data);
-  if (event.topic == "cell")
-    return line + text_at(data, "/from") + " -> " + text_at(data, "/state") + ": " + text_at(data, "/reason");
-  if (event.topic == "measurement")
-    return line + text_at(data, "/purpose") + " pose " + text_at(data, "/pose") + ": " +
-           (find_at(data, "/p_mm")               ? "error " + number_at(data, "/error_mm", 3, " mm")
-            : string_at(data, "/reason").empty() ? "touched " + string_at(data, "/smr")
-                                                 : "skipped, " + text_at(data, "/reason"));
-  if (event.topic == "stream") return line + stream_line(data);
-  if (event.topic == "model") return line + text_at(data, "/change") + " " + text_at(data, "/model/id");
-  if (event.topic == "fault")
-    return line + (is_true_at(data, "/active") ? "" : "gone: ") + text_at(data, "/code") + ": " +
-           text_at(data, "/text");
-  if (event.topic == "control")
-    return line + text_at(data, "/by") + ": " + text_at(data, "/change") +
-           (find_at(data, "/method") ? " " + text_at(data, "/method") + ", " + text_at(data, "/result")
-                                     : "") +
-           (find_at(data, "/from") ? " from " + text_at(data, "/from") : "");
-  if (event.topic == "log") return line + text_at(data, "/level") + ": " + text_at(data, "/text");
+  const json::object& data = event.data;
+  const std::string line = std::to_string(event.seq) + "  " + event.time + "  " + event.topic + "  ";
+  if (event.topic == "campaign") return line + data_line<rpc::CampaignProgress>(data, progress_line);
+  if (event.topic == "cell") return line + data_line(data, state_line);
+  if (event.topic == "measurement") return line + data_line(data, measured_line);
+  if (event.topic == "stream") return line + data_line(data, stream_line);
+  if (event.topic == "model") return line + data_line<rpc::ModelChanged>(data, model_line);
+  if (event.topic == "fault") return line + data_line(data, fault_line);
+  if (event.topic == "control") return line + data_line(data, control_line);
+  if (event.topic == "log") return line + data_line(data, log_line);
   return line + control::json_text(data);
 }
 
 namespace {
 
 /// What there is of it, and what to do about it.
-std::string interrupted_line(const json::value& campaign) {
-  const std::string id = text_at(campaign, "/id");
-  return text_at(campaign, "/kind") + ", " + text_at(campaign, "/done") + "/" + text_at(campaign, "/total") +
-         " poses: " + text_at(campaign, "/reason") + "; resume it: truepose campaign resume " + id +
-         ", end it: truepose campaign abort " + id;
+std::string interrupted_line(const rpc::InterruptedCampaign& campaign) {
+  return campaign.kind + ", " + shown(campaign.done) + "/" + shown(campaign.total) +
+         " poses: " + shown(campaign.reason) + "; resume it: truepose campaign resume " + campaign.id +
+         ", end it: truepose campaign abort " + campaign.id;
 }
 
 }  // namespace
 
-std::string status_text(const json::value& status) {
-  std::vector<Cells> rows{{"cell", text_at(status, "/cell")},
-                          {"state", text_at(status, "/state") + ": " + text_at(status, "/state_text")},
-                          {"next", text_at(status, "/next")},
-                          {"robot", device(status, "/robot")},
-                          {"tracker", device(status, "/tracker")},
-                          {"model", "none active"},
-                          {"stream", "-"}};
-  if (find_at(status, "/model")) rows[5][1] = model_line(status, "/model");
-  if (const json::value* stream = find_at(status, "/stream")) rows[6][1] = stream_line(*stream);
-  if (is_true_at(status, "/stream/armed")) rows[3][1] += "; " + condition_line(*find_at(status, "/stream"));
-  if (find_at(status, "/recording"))
-    rows.push_back({"recording", "the last " + number_at(status, "/recording/seconds", 0, " s") + ", " +
-                                     kilobytes_at(status, "/recording/bytes") + " kB, dropped " +
-                                     text_at(status, "/recording/dropped")});
-  if (const json::value* campaign = find_at(status, "/campaign"))
-    rows.push_back({"campaign", progress_line(*campaign)});
-  for (const json::value& interrupted : list_at(status, "/interrupted"))
+std::string status_text(const rpc::CellStatus& status) {
+  const rpc::StreamStatus& stream = status.stream;
+  const auto& [seconds, bytes, dropped, last] = status.recording;
+  std::vector<Cells> rows{
+      {"cell", shown(status.cell)},
+      {"state", status.state + ": " + shown(status.state_text)},
+      {"next", shown(status.next)},
+      {"robot", device(status.robot) + (stream.armed ? "; " + condition_line(stream.robot) : "")},
+      {"tracker", device(status.tracker)},
+      {"model", status.model ? model_line(*status.model) : "none active"},
+      {"stream", stream_line(stream)},
+      {"recording",
+       "the last " + shown(seconds, 0, " s") + ", " + kilobytes(bytes) + " kB, dropped " + shown(dropped)}};
+  if (status.campaign) rows.push_back({"campaign", progress_line(*status.campaign)});
+  for (const auto& interrupted : status.interrupted)
     rows.push_back({"interrupted", interrupted_line(interrupted)});
-  for (const json::value& fault : list_at(status, "/faults"))
-    rows.push_back({text_at(fault, "/severity"), text_at(fault, "/code") + ": " + text_at(fault, "/text") +
-                                                     " (since " + text_at(fault, "/since") + ")"});
+  for (const auto& fault : status.faults)
+    rows.push_back({fault.severity,
+                    shown(fault.code) + ": " + shown(fault.text) + " (since " + shown(fault.since) + ")"});
   return text_table(rows);
 }
 
-std::string campaigns_text(const json::value& answer) {
+std::string campaigns_text(const rpc::CampaignList::Result& list) {
   std::vector<Cells> rows{{"CAMPAIGN", "KIND", "STARTED", "STATE", "ROBOT", "MODEL"}};
-  for (const json::value& campaign : list_at(answer, "/campaigns"))
-    rows.push_back({text_at(campaign, "/id"), text_at(campaign, "/kind"), text_at(campaign, "/started"),
-                    text_at(campaign, "/state"), text_at(campaign, "/robot_serial"),
-                    text_at(campaign, "/model_id")});
+  for (const auto& campaign : list.campaigns)
+    rows.push_back({campaign.id, campaign.kind, shown(campaign.started), campaign.state,
+                    shown(campaign.robot_serial), shown(campaign.model_id)});
   return rows.size() == 1 ? "no campaigns yet\n" : text_table(rows);
 }
 
-std::string campaign_text(const json::value& answer) {
-  std::vector<Cells> rows{{"campaign", text_at(answer, "/campaign/id")},
-                          {"kind", text_at(answer, "/campaign/kind")},
-                          {"state", text_at(answer, "/campaign/state")},
-                          {"started", text_at(answer, "/campaign/started")},
-                          {"ended", text_at(answer, "/campaign/ended")},
-                          {"robot", text_at(answer, "/campaign/robot_model") + ", serial " +
-                                        text_at(answer, "/campaign/robot_serial")},
-                          {"tracker", text_at(answer, "/campaign/tracker_model") + ", serial " +
-                                          text_at(answer, "/campaign/tracker_serial")},
-                          {"model", text_at(answer, "/campaign/model_id")},
-                          {"points", text_at(answer, "/points_total")}};
-  for (const auto& [name, pointer] : {std::pair{"started by", "/campaign/by"},
-                                      {"note", "/campaign/note"},
-                                      {"reason", "/campaign/reason"}}) {
-    const std::string text = text_at(answer, pointer);
-    if (text != "-") rows.push_back({name, text});
+std::string campaign_text(const rpc::CampaignGet::Result& found) {
+  const rpc::CampaignSummary& campaign = found.campaign;
+  std::vector<Cells> rows{
+      {"campaign", campaign.id},
+      {"kind", campaign.kind},
+      {"state", campaign.state},
+      {"started", shown(campaign.started)},
+      {"ended", shown(campaign.ended)},
+      {"robot", shown(campaign.robot_model) + ", serial " + shown(campaign.robot_serial)},
+      {"tracker", shown(campaign.tracker_model) + ", serial " + shown(campaign.tracker_serial)},
+      {"model", shown(campaign.model_id)},
+      {"points", shown(found.points_total)}};
+  for (const auto& [name, text] : {std::pair{"started by", campaign.by.value_or("")},
+                                   {"note", campaign.note},
+                                   {"reason", campaign.reason}}) {
+    if (!text.empty()) rows.push_back({name, text});
   }
-  if (const json::value* progress = find_at(answer, "/progress"))
-    rows.push_back({"progress", progress_line(*progress)});
-  for (const json::value& once : list_at(answer, "/interruptions"))
-    rows.push_back({"interrupted", text_at(once, "/interrupted") + ", resumed " + text_at(once, "/resumed") +
-                                       ": " + text_at(once, "/found")});
-  for (const json::value& skipped : list_at(answer, "/skipped"))
-    rows.push_back({"skipped", "pose " + text_at(skipped, "/pose") + " after " +
-                                   text_at(skipped, "/attempts") +
-                                   " attempts: " + text_at(skipped, "/reason")});
-  return text_table(rows) + targets_table(answer) + cycles_table(answer) + frame_table(answer);
+  if (found.progress) rows.push_back({"progress", progress_line(*found.progress)});
+  for (const auto& once : found.interruptions)
+    rows.push_back({"interrupted",
+                    shown(once.interrupted) + ", resumed " + shown(once.resumed) + ": " + shown(once.found)});
+  for (const auto& skipped : found.skipped)
+    rows.push_back({"skipped", "pose " + shown(skipped.pose) + " after " + shown(skipped.attempts) +
+                                   " attempts: " + shown(skipped.reason)});
+  return text_table(rows) + stored_table(found.targets, targets_table) +
+         stored_table(found.iso9283, cycles_table) + stored_table(found.frame, frame_text);
 }
 
-std::string tools_text(const json::value& answer) {
+std::string tools_text(const rpc::ToolList::Result& list) {
   std::vector<Cells> rows{{"TOOL", "MEASURED", "BY", "KRL LINE"}};
-  for (const json::value& tool : list_at(answer, "/tools"))
-    rows.push_back(
-        {text_at(tool, "/number"), text_at(tool, "/measured"),
-         find_at(tool, "/campaign_id") ? "campaign " + text_at(tool, "/campaign_id") : "the cell file",
-         find_at(tool, "/refused") ? "refused: " + text_at(tool, "/refused") : text_at(tool, "/krl")});
+  for (const auto& tool : list.tools)
+    rows.push_back({shown(tool.number), shown(tool.measured),
+                    tool.campaign_id ? "campaign " + *tool.campaign_id : "the cell file",
+                    tool.refused ? "refused: " + *tool.refused : shown(tool.krl)});
   return rows.size() == 1 ? "no tool was measured and taken into use\n" : text_table(rows);
 }
 
-std::string models_text(const json::value& answer) {
+std::string models_text(const rpc::ModelList::Result& list) {
   std::vector<Cells> rows{{"MODEL", "CREATED", "ROBOT", "BEFORE mm", "AFTER mm", "ACTIVE"}};
-  for (const json::value& model : list_at(answer, "/models"))
-    rows.push_back({text_at(model, "/id"), text_at(model, "/created"), text_at(model, "/robot_serial"),
-                    number_at(model, "/validation_before_mm", 3), number_at(model, "/validation_after_mm", 3),
-                    is_true_at(model, "/active") ? "active" : ""});
+  for (const auto& model : list.models)
+    rows.push_back({model.id, shown(model.created), shown(model.robot_serial),
+                    shown(model.validation_before_mm, 3), shown(model.validation_after_mm, 3),
+                    model.active ? "active" : ""});
   return rows.size() == 1 ? "no models yet\n" : text_table(rows);
 }
 
-std::string model_text(const json::value& answer) {
+std::string model_text(const rpc::ModelGet::Result& found) {
+  const auto& [model, parameters] = found;
   std::vector<Cells> rows{{"PARAMETER", "NOMINAL", "VALUE", "SIGMA"}};
-  for (const json::value& parameter : list_at(answer, "/parameters"))
-    rows.push_back(
-        {text_at(parameter, "/name"), number_at(parameter, "/nominal", 6), number_at(parameter, "/value", 6),
-         is_true_at(parameter, "/identified") ? number_at(parameter, "/sigma", 6) : "kept at nominal"});
-  return text_table({{"model", model_line(answer, "/model")},
-                     {"created", text_at(answer, "/model/created")},
-                     {"robot", text_at(answer, "/model/robot_serial")},
-                     {"active", text_at(answer, "/model/active")}}) +
+  for (const auto& parameter : parameters)
+    rows.push_back({parameter.name, shown(parameter.nominal, 6), shown(parameter.value, 6),
+                    parameter.identified ? shown(parameter.sigma, 6) : "kept at nominal"});
+  return text_table({{"model", model_line(model)},
+                     {"created", shown(model.created)},
+                     {"robot", shown(model.robot_serial)},
+                     {"active", shown(model.active)}}) +
          "\n" + text_table(rows) + "lengths in mm, angles in rad\n";
 }
 
-std::string percentiles_text(const json::value& stream, const std::string& where) {
-  return "p50 " + number_at(stream, where + "/p50", 0) + ", p99 " + number_at(stream, where + "/p99", 0) +
-         ", p99.9 " + number_at(stream, where + "/p999", 0) + ", max " +
-         number_at(stream, where + "/max", 0, " us");
+namespace {
+
+std::string percentiles_text(const rpc::Percentiles& us) {
+  return "p50 " + shown(us.p50, 0) + ", p99 " + shown(us.p99, 0) + ", p99.9 " + shown(us.p999, 0) + ", max " +
+         shown(us.max, 0, " us");
 }
 
 /// "SCHED_FIFO 80 on CPU 0 1 2 3, 71234 kB locked"
-std::string scheduling_text(const json::value& stream) {
-  std::string line = text_at(stream, "/scheduling/policy");
-  if (line == "-") return line;
-  line += ' ' + text_at(stream, "/scheduling/priority") + " on CPU";
-  for (const json::value& cpu : list_at(stream, "/scheduling/cpus")) line += ' ' + text_at(cpu, "");
-  return line + ", " + text_at(stream, "/scheduling/locked_kB") + " kB locked";
+std::string scheduling_text(const std::optional<rpc::StreamStatus::Scheduling>& thread) {
+  if (!thread) return "-";
+  std::string line = thread->policy + ' ' + shown(thread->priority) + " on CPU";
+  for (const std::uint64_t cpu : thread->cpus) line += ' ' + shown(cpu);
+  return line + ", " + shown(thread->locked_kB) + " kB locked";
 }
 
-std::string recordings_text(const json::value& answer) {
+}  // namespace
+
+std::string recordings_text(const rpc::RecordingList::Result& list) {
   std::vector<Cells> rows{{"RECORDING", "KB", "REASON"}};
-  for (const json::value& recording : list_at(answer, "/recordings"))
-    rows.push_back(
-        {text_at(recording, "/name"), kilobytes_at(recording, "/bytes"), text_at(recording, "/reason")});
+  for (const auto& recording : list.recordings)
+    rows.push_back({recording.name, kilobytes(recording.bytes), shown(recording.reason)});
   return rows.size() == 1 ? "no recordings yet\n" : text_table(rows);
 }
 
-std::string acknowledged_text(const json::value& answer) {
-  return "acknowledged: " + text_at(answer, "/acknowledged") + "\n";
+std::string acknowledged_text(const rpc::AuditAcknowledge::Result& answer) {
+  return "acknowledged: " + shown(answer.acknowledged) + "\n";
 }
 
-std::string control_text(const json::value& control) {
-  if (!find_at(control, "/holder")) return "no client has control: commands of every role are carried out\n";
-  return text_at(control, "/holder") + " (" + text_at(control, "/role") + ") has control, for " +
-         text_at(control, "/left_s") + " s more unless it is renewed\n";
+std::string control_text(const rpc::Control& control) {
+  if (!control.holder) return "no client has control: commands of every role are carried out\n";
+  return *control.holder + " (" + shown(control.role) + ") has control, for " + shown(control.left_s) +
+         " s more unless it is renewed\n";
 }
 
-std::string audit_text(const json::value& answer) {
+std::string audit_text(const rpc::AuditList::Result& list) {
   std::vector<Cells> rows{{"N", "TIME", "WHO", "ROLE", "FROM", "METHOD", "RESULT"}};
-  std::map<std::string, std::string> results;
-  for (const json::value& record : list_at(answer, "/records")) {
-    if (find_at(record, "/of")) {
-      const std::string why = find_at(record, "/message") ? ": " + text_at(record, "/message") : "";
-      results[text_at(record, "/of")] = text_at(record, "/result") + why;
+  std::map<std::uint64_t, std::string> results;
+  for (const rpc::AuditRecord& record : list.records) {
+    if (record.of) {
+      results[*record.of] = shown(record.result) + (record.message ? ": " + shown(record.message) : "");
       continue;
     }
-    const std::string n = text_at(record, "/n");
-    const auto result = results.find(n);
-    const std::string otherwise = find_at(record, "/put_aside") ? text_at(record, "/put_aside") : "-";
-    rows.push_back({n, text_at(record, "/time"), text_at(record, "/who"), text_at(record, "/role"),
-                    text_at(record, "/from"), text_at(record, "/method"),
-                    result == results.end() ? otherwise : result->second});
+    const auto result = results.find(record.n);
+    rows.push_back({shown(record.n), shown(record.time), shown(record.who), shown(record.role),
+                    shown(record.from), shown(record.method),
+                    result == results.end() ? shown(record.put_aside) : result->second});
   }
   return rows.size() == 1 ? "no commands yet\n" : text_table(rows);
 }
 
-std::string stream_text(const json::value& stream) {
-  std::vector<std::vector<std::string>> rows{{"state", stream_line(stream)},
-                                             {"model", text_at(stream, "/model_id")}};
-  if (const std::string why = text_at(stream, "/arm/why_not"); !why.empty() && why != "-")
-    rows.push_back({"arm", why});
-  const std::vector<std::vector<std::string>> always{
-      {"tool", tool_line(stream)},
-      {"robot", condition_line(stream)},
-      {"controller", text_at(stream, "/peer") + ", IPOC + " + text_at(stream, "/ipoc_step") + ", session " +
-                         text_at(stream, "/sessions") + ", last packet " + text_at(stream, "/packet_age_ms") +
-                         " ms ago"},
-      {"cycles", text_at(stream, "/cycles") + ", answered " + text_at(stream, "/answered") +
-                     ", of these held " + text_at(stream, "/held") + ", repeated " +
-                     text_at(stream, "/duplicate")},
-      {"not answered", "unconfirmed " + text_at(stream, "/unconfirmed") + ", wrong IPOC " +
-                           text_at(stream, "/wrong_ipoc") + ", malformed " + text_at(stream, "/malformed") +
-                           ", from others " + text_at(stream, "/unexpected_sender")},
-      {"trouble", "late " + text_at(stream, "/late") + ", lost " + text_at(stream, "/lost") +
-                      ", at a bound " + text_at(stream, "/clamped") + ", no solution " +
-                      text_at(stream, "/no_solution")},
-      {"refused last", text_at(stream, "/refused")},
-      {"correction", axes_text(stream, "/correction_deg")},
-      {"measured", measured_text(stream)},
-      {"largest step", number_at(stream, "/max_step_deg", 5, " deg")},
-      {"late by", "daemon " + text_at(stream, "/late_by/daemon") + ", machine " +
-                      text_at(stream, "/late_by/machine") + ", network " +
-                      text_at(stream, "/late_by/network")},
-      {"wire", percentiles_text(stream, "/turnaround_us")},
-      {"compute", percentiles_text(stream, "/compute_us")},
-      {"scheduling", scheduling_text(stream)}};
+std::string stream_text(const rpc::StreamStatus& stream) {
+  std::vector<Cells> rows{{"state", stream_line(stream)}, {"model", shown(stream.model_id)}};
+  if (!stream.arm.why_not.empty()) rows.push_back({"arm", stream.arm.why_not});
+  const auto& [daemon, machine, network] = stream.late_by;
+  const std::vector<Cells> always{
+      {"tool", tool_line(stream.tool)},
+      {"robot", condition_line(stream.robot)},
+      {"controller", shown(stream.peer) + ", IPOC + " + shown(stream.ipoc_step) + ", session " +
+                         shown(stream.sessions) + ", last packet " + shown(stream.packet_age_ms) + " ms ago"},
+      {"cycles", shown(stream.cycles) + ", answered " + shown(stream.answered) + ", of these held " +
+                     shown(stream.held) + ", repeated " + shown(stream.duplicate)},
+      {"not answered", "unconfirmed " + shown(stream.unconfirmed) + ", wrong IPOC " +
+                           shown(stream.wrong_ipoc) + ", malformed " + shown(stream.malformed) +
+                           ", from others " + shown(stream.unexpected_sender)},
+      {"trouble", "late " + shown(stream.late) + ", lost " + shown(stream.lost) + ", at a bound " +
+                      shown(stream.clamped) + ", no solution " + shown(stream.no_solution)},
+      {"refused last", shown(stream.refused)},
+      {"correction", axes_text({stream.correction_deg.begin(), stream.correction_deg.end()})},
+      {"measured", measured_text(stream.measured_deg)},
+      {"largest step", shown(stream.max_step_deg, 5, " deg")},
+      {"late by", "daemon " + shown(daemon) + ", machine " + shown(machine) + ", network " + shown(network)},
+      {"wire", percentiles_text(stream.turnaround_us)},
+      {"compute", percentiles_text(stream.compute_us)},
+      {"scheduling", scheduling_text(stream.scheduling)}};
   rows.insert(rows.end(), always.begin(), always.end());
   return text_table(rows);
 }

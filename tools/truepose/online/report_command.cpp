@@ -10,9 +10,9 @@
 #include "daemon/report/report.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/calibration_document.hpp"
+#include "proto/rpc/stream.hpp"
 #include "tools/truepose/online/campaign_source.hpp"
 #include "tools/truepose/online/online_commands.hpp"
-#include "tools/truepose/online/rpc_client.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -43,8 +43,8 @@ json::object fetch_document(const OnlineOptions& online, const ReportOptions& op
   json::object document = whole_report(*campaign_source(online, {options.store, {}}), options.campaign);
   if (!options.store.empty()) return document;
   RpcClient client = value_or_throw(RpcClient::connect(online));
-  const json::value stream = value_or_throw(client.call("stream.status", {}));
-  if (stream.at("cycles").to_number<std::int64_t>() > 0) document["stream"] = stream;
+  auto [json, stream] = value_or_throw(client.call(rpc::GetStreamStatus{}));
+  if (stream.cycles > 0) document["stream"] = std::move(json);
   return document;
 }
 

@@ -7,7 +7,6 @@
 #include "config/text_file.hpp"
 #include "proto/control/access.hpp"
 #include "proto/control/session_proof.hpp"
-#include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -34,13 +33,6 @@ std::expected<std::string, CommandError> read_token(const std::filesystem::path&
   }
 }
 
-/// The parameters of session.hello, with what shows who asks.
-json::object hello_params(json::object shown) {
-  shown["protocol"] = 1;
-  shown["heartbeat_s"] = kHeartbeat.count();
-  return shown;
-}
-
 /// What a refusal means for the caller of a command.
 int exit_code(ErrorCode code) {
   switch (code) {
@@ -55,8 +47,9 @@ int exit_code(ErrorCode code) {
   }
 }
 
-CommandError refusal(const std::string& method, const control::RpcError& error) {
-  std::string text = method + ": " + error.message + " (" + std::to_string(static_cast<int>(error.code));
+CommandError refusal(std::string_view method, const control::RpcError& error) {
+  std::string text =
+      std::string{method} + ": " + error.message + " (" + std::to_string(static_cast<int>(error.code));
   if (!error.state.empty()) {
     text += "; the state is " + error.state + ", which allows";
     for (const auto& allowed : error.allowed) text += " " + allowed;
@@ -74,51 +67,49 @@ std::expected<RpcClient, CommandError> RpcClient::connect(const DaemonAddress& a
   RpcClient client{std::move(connection->channel), connection->daemon};
   const bool known_by_transport =
       endpoint.empty() || (!address.tls.certificate.empty() && address.token_file.empty());
-  const auto opened = known_by_transport ? client.open_unasked() : client.open_by_token(endpoint, address);
+  const auto opened = known_by_transport ? client.hello({}) : client.open_by_token(endpoint, address);
   if (!opened) return std::unexpected(opened.error());
   return client;
 }
 
-std::expected<void, CommandError> RpcClient::open_unasked() {
-  const auto hello = call("session.hello", hello_params({}), kHelloPatience);
-  if (!hello) return std::unexpected(hello.error());
-  return {};
+/// @param request  with what shows who asks
+std::expected<json::value, CommandError> RpcClient::hello(rpc::SessionHello request) {
+  request.protocol = 1;
+  request.heartbeat_s = static_cast<int>(kHeartbeat.count());
+  return call(rpc::SessionHello::method().name, record::to_json(request), kHelloPatience);
 }
 
-std::expected<void, CommandError> RpcClient::open_by_token(const std::string& endpoint,
-                                                           const DaemonAddress& address) {
+std::expected<json::value, CommandError> RpcClient::open_by_token(const std::string& endpoint,
+                                                                  const DaemonAddress& address) {
   const auto token = read_token(address.token_file);
   if (!token) return std::unexpected(token.error());
   const bool sees_whom = !address.tls.ca.empty();  // and may be behind another address than the daemon's own
   if (!sees_whom && !token->starts_with(control::kAccessTokenStart)) return open_by_proof(endpoint, *token);
-  const auto hello = call("session.hello", hello_params({{"token", *token}}), kHelloPatience);
-  if (!hello) return std::unexpected(hello.error());
-  return {};
+  return hello({.token = *token});
 }
 
 // Another server at the daemon's port learns nothing from it, and is detected unless it knows the token too.
-std::expected<void, CommandError> RpcClient::open_by_proof(const std::string& endpoint,
-                                                           const std::string& token) {
-  const auto challenge = call("session.challenge", {}, kHelloPatience);
-  if (!challenge) return std::unexpected(challenge.error());
+std::expected<json::value, CommandError> RpcClient::open_by_proof(const std::string& endpoint,
+                                                                  const std::string& token) {
+  using Challenge = rpc::SessionChallenge;
+  auto challenge = call(Challenge::method().name, {}, kHelloPatience);
+  if (!challenge) return challenge;
   const CommandError unexpected_server{
       kUnreachable,
       "the server at " + daemon_ + " does not know the token: no trueposed, or one of another cell"};
-  const std::string server_nonce = string_at(*challenge, "/nonce");
-  if (!control::is_nonce(server_nonce)) return std::unexpected(unexpected_server);
-  const control::SessionTerms terms{endpoint, control::new_nonce(), server_nonce};
-  const auto hello = call("session.hello",
-                          hello_params({{"nonce", terms.client_nonce},
-                                        {"proof", session_proof(token, control::Prover::Client, terms)}}),
-                          kHelloPatience);
-  if (!hello) return std::unexpected(hello.error());
-  if (string_at(*hello, "/proof") != session_proof(token, control::Prover::Server, terms))
+  const auto given = record::from_json<Challenge::Result>(*challenge);
+  if (!given || !control::is_nonce(given->nonce)) return std::unexpected(unexpected_server);
+  const control::SessionTerms terms{endpoint, control::new_nonce(), given->nonce};
+  auto greeting =
+      hello({.nonce = terms.client_nonce, .proof = session_proof(token, control::Prover::Client, terms)});
+  if (!greeting) return greeting;
+  const auto known = record::from_json<rpc::SessionHello::Result>(*greeting);
+  if (!known || known->proof != session_proof(token, control::Prover::Server, terms))
     return std::unexpected(unexpected_server);
-  return {};
+  return greeting;
 }
 
-std::expected<json::value, CommandError> RpcClient::call(const std::string& method,
-                                                         const json::object& params,
+std::expected<json::value, CommandError> RpcClient::call(std::string_view method, const json::object& params,
                                                          std::chrono::seconds patience) {
   const control::Id id{++last_id_};
   if (auto sent = send(control::encode_request(id, method, params)); !sent)
@@ -146,7 +137,7 @@ std::expected<control::Event, CommandError> RpcClient::next_event() {
     auto message = receive(deadline);
     if (!message && (asked || Clock::now() < deadline)) return std::unexpected(message.error());
     if (!message) {
-      const auto sent = send(control::encode_request(++last_id_, "session.ping", {}));
+      const auto sent = send(control::encode_request(++last_id_, rpc::SessionPing::method().name, {}));
       if (!sent) return std::unexpected(sent.error());
     }
     asked = !message;
