@@ -11,6 +11,7 @@
 
 #include "core/arm/forward.hpp"
 #include "core/math/units.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/doctor/network.hpp"
 
 namespace truepose::tools {
@@ -86,19 +87,19 @@ Observations all_is_well(const config::CellConfig& cell) {
 }
 
 /// A daemon that runs, with this status.
-DaemonObservation daemon_with(json::object stream) {
+DaemonObservation daemon_with(const rpc::StreamStatus& stream) {
   return {.version = TRUEPOSE_VERSION,
-          .status = json::object{{"state", "streaming"},
-                                 {"faults", json::array{}},
-                                 {"robot", {{"connected", true}, {"model", "KR210"}, {"serial", "1"}}},
-                                 {"tracker", {{"connected", true}, {"model", "AT901"}, {"serial", "2"}}},
-                                 {"stream", std::move(stream)}}};
+          .status = {.state = "streaming",
+                     .robot = {.connected = true, .model = "KR210", .serial = "1"},
+                     .tracker = {.connected = true, .model = "AT901", .serial = "2"},
+                     .stream = stream}};
 }
 
-json::object stream_with(json::object more) {
-  json::object stream{{"state", "correcting"}, {"packet_age_ms", 2}, {"answered", 1000}, {"late", 0}};
+rpc::StreamStatus stream_with(const json::object& more) {
+  json::object stream =
+      record::to_json(rpc::StreamStatus{.state = "correcting", .packet_age_ms = 2, .answered = 1000});
   for (const auto& [key, value] : more) stream[key] = value;
-  return stream;
+  return record::from_json<rpc::StreamStatus>(stream).value();
 }
 
 struct Case {
@@ -113,8 +114,8 @@ void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
 
 void silence(Observations& seen) { seen.rsi.senders.clear(); }
 
-void let_run(Observations& seen, json::object stream) {
-  seen.daemon = daemon_with(stream_with(std::move(stream)));
+void let_run(Observations& seen, const json::object& stream) {
+  seen.daemon = daemon_with(stream_with(stream));
   seen.robot.reset();
   seen.tracker.reset();
   silence(seen);
@@ -153,13 +154,11 @@ const std::vector<Case> kCases{
      "daemon", Level::Warning, "D_VERSION", "in version 0.0.1", "restart"},
     {"DaemonFault", [](auto&, auto& seen) {
        let_run(seen, {});
-       seen.daemon.status.at("faults").as_array().push_back(
-           json::object{{"code", "E_MODEL"}, {"severity", "fault"}, {"text", "the model is not the one: activate another"}});
+       seen.daemon.status.faults = {{"E_MODEL", "error", "the model is not the one: activate another"}};
      }, "daemon", Level::Fault, "E_MODEL", "the model is not the one", "activate another"},
     {"TrackerFaultOfTheDaemon", [](auto&, auto& seen) {
        let_run(seen, {});
-       seen.daemon.status.at("faults").as_array().push_back(
-           json::object{{"code", "E_TRACKER"}, {"severity", "warning"}, {"text", "it is cold: wait"}});
+       seen.daemon.status.faults = {{"E_TRACKER", "warning", "it is cold: wait"}};
      }, "tracker", Level::Warning, "E_TRACKER", "it is cold", "wait"},
     // ---- RSI, by what comes ----
     {"PortTaken", [](auto&, auto& seen) {
@@ -254,7 +253,7 @@ const std::vector<Case> kCases{
     {"StreamFault", [](auto&, auto& seen) {
        const char* reason = "the controller does not take replies: it has another SENTYPE: load that one there";
        let_run(seen, {{"state", "fault"}, {"reason", reason}});
-       seen.daemon.status.at("faults").as_array().push_back(json::object{{"code", "E_CELL"}, {"text", reason}});
+       seen.daemon.status.faults = {{"E_CELL", "error", reason}};
      }, "rsi", Level::Fault, "D_STREAM", "it has another SENTYPE", "load that one there"},
     {"StreamHolds", [](auto&, auto& seen) {
        let_run(seen, {{"state", "holding"}, {"reason", "the robot program is stopped: the correction is held"}});
@@ -304,7 +303,7 @@ const std::vector<Case> kCases{
      }, "robot", Level::Warning, "D_NOT_READY", "drives off", "pendant"},
     {"RobotOfTheDaemonNotReady", [](auto&, auto& seen) {
        let_run(seen, {});
-       seen.daemon.status.at("robot").as_object()["why_not_ready"] = "drives off";
+       seen.daemon.status.robot.why_not_ready = "drives off";
      }, "robot", Level::Warning, "D_NOT_READY", "drives off", "pendant"},
     // ---- tracker ----
     {"TrackerRefused", [](auto&, auto& seen) {
@@ -342,10 +341,10 @@ const std::vector<Case> kCases{
        seen.machine.fifo_refused = "Operation not permitted";
      }, "machine", Level::Fault, "D_PRIORITY", "no SCHED_FIFO 80", "rtprio"},
     {"DaemonWithoutFifo", [](auto&, auto& seen) {
-       let_run(seen, {{"scheduling", {{"policy", "SCHED_OTHER"}, {"priority", 0}}}});
+       let_run(seen, {{"scheduling", {{"policy", "SCHED_OTHER"}, {"priority", 0}, {"cpus", {0}}, {"locked_kB", 0}}}});
      }, "machine", Level::Warning, "D_SCHEDULING", "real-time thread runs under SCHED_OTHER 0", "trueposed@CELL.service"},
     {"DaemonWithFifo", [](auto&, auto& seen) {
-       let_run(seen, {{"scheduling", {{"policy", "SCHED_FIFO"}, {"priority", 80}}}});
+       let_run(seen, {{"scheduling", {{"policy", "SCHED_FIFO"}, {"priority", 80}, {"cpus", {0}}, {"locked_kB", 0}}}});
        seen.machine.fifo_refused = "the user's own limit says nothing of the unit's";
      }, "machine", Level::Ok, "D_OK", "real-time thread runs under SCHED_FIFO 80", ""},
     {"NoLock", [](auto&, auto& seen) { seen.machine.lock_refused = "Cannot allocate memory"; },
@@ -462,8 +461,7 @@ TEST(ADoctor, SaysFaultsFirstAndNoLateRepliesWithANamedFaultOfRsi) {
   stream["state"] = "fault";
   stream["reason"] = "another SENTYPE: load that one there";
   let_run(seen, stream);
-  seen.daemon.status.at("faults").as_array().push_back(
-      json::object{{"code", "E_CELL"}, {"text", stream.at("reason")}});
+  seen.daemon.status.faults = {{"E_CELL", "error", seen.daemon.status.stream.reason}};
   const Findings findings = diagnose("cell.yaml", cell, seen);
   EXPECT_TRUE(std::ranges::is_sorted(findings, std::ranges::greater{}, &Finding::level));
   EXPECT_TRUE(std::ranges::none_of(findings,

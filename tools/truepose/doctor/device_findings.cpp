@@ -12,19 +12,17 @@ namespace {
 using Kind = FindingKind;
 
 /// The state that a daemon tells, which is connected itself.
-Findings daemon_findings(const boost::json::value& status, const std::string& device) {
-  const std::string at = "/" + device;
-  if (!is_true_at(status, at + "/connected")) return {};
-  const std::string why_not = string_at(status, at + "/why_not_ready");
-  const std::string name = text_at(status, at + "/model") + ", serial " + text_at(status, at + "/serial");
-  if (why_not.empty()) return {good(device, name + ", is connected")};
-  return {finding<Kind::NotReady>(device, Level::Warning, name, why_not)};
+Findings daemon_findings(const std::string& device, const auto& status) {
+  if (!status.connected) return {};
+  const std::string name = shown(status.model) + ", serial " + shown(status.serial);
+  if (status.why_not_ready.empty()) return {good(device, name + ", is connected")};
+  return {finding<Kind::NotReady>(device, Level::Warning, name, status.why_not_ready)};
 }
 
 }  // namespace
 
 Findings robot_findings(const config::CellConfig& cell, const Observations& seen) {
-  if (!seen.robot) return daemon_findings(seen.daemon.status, "robot");
+  if (!seen.robot) return daemon_findings("robot", seen.daemon.status.robot);
   const auto& robot = *seen.robot;
   if (!robot) {
     // Where another program than ours runs, EKI is not served.
@@ -41,7 +39,7 @@ Findings robot_findings(const config::CellConfig& cell, const Observations& seen
 }
 
 Findings tracker_findings(const config::CellConfig& cell, const Observations& seen) {
-  if (!seen.tracker) return daemon_findings(seen.daemon.status, "tracker");
+  if (!seen.tracker) return daemon_findings("tracker", seen.daemon.status.tracker);
   const auto& tracker = *seen.tracker;
   if (!tracker)
     return {finding<Kind::Tracker>("tracker", Level::Fault, tracker.error().detail,

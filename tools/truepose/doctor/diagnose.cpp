@@ -4,11 +4,7 @@
 #include <functional>
 #include <iterator>
 
-#include "tools/truepose/text.hpp"
-
 namespace truepose::tools {
-
-namespace json = boost::json;
 
 namespace {
 
@@ -39,13 +35,12 @@ Findings check_findings(const std::string& file, const std::vector<daemon::Check
 void add(Findings& findings, Findings more) { std::ranges::move(more, std::back_inserter(findings)); }
 
 /// Of the daemon's faults, but those that its stream gives as its reason.
-Findings fault_findings(const json::value& status) {
+Findings fault_findings(const rpc::CellStatus& status) {
   Findings findings;
-  for (const json::value& fault : list_at(status, "/faults")) {
-    const std::string code = string_at(fault, "/code"), text = string_at(fault, "/text");
-    const bool frozen = code == "E_STREAM_FROZEN" && !string_at(status, "/stream/reason").empty();
-    if (frozen || text == string_at(status, "/stream/reason")) continue;
-    const Level level = string_at(fault, "/severity") == "warning" ? Level::Warning : Level::Fault;
+  for (const auto& [code, severity, text, since] : status.faults) {
+    const bool frozen = code == "E_STREAM_FROZEN" && !status.stream.reason.empty();
+    if (frozen || text == status.stream.reason) continue;
+    const Level level = severity == "warning" ? Level::Warning : Level::Fault;
     findings.push_back(from_sentence(code == "E_TRACKER" ? "tracker" : "daemon", level, text, code));
   }
   return findings;
@@ -78,8 +73,7 @@ Findings daemon_findings(const std::string& file, const DaemonObservation& daemo
     return {finding<Kind::Daemon>("daemon", Level::Fault, daemon.unreachable, file)};
   if (daemon.version != TRUEPOSE_VERSION)
     return {finding<Kind::Version>("daemon", Level::Warning, daemon.version, TRUEPOSE_VERSION)};
-  Findings findings{
-      good("daemon", "trueposed " + daemon.version + " runs, state " + text_at(daemon.status, "/state"))};
+  Findings findings{good("daemon", "trueposed " + daemon.version + " runs, state " + daemon.status.state)};
   add(findings, fault_findings(daemon.status));
   return findings;
 }
@@ -89,7 +83,7 @@ Findings diagnose(const std::string& file, const config::CellConfig& cell, const
   // A daemon cannot start where another program has its port.
   const bool port_lost = seen.rsi.taken && !seen.rsi.not_bound.contains("trueposed");
   if (!port_lost) add(findings, daemon_findings(file, seen.daemon));
-  if (find_at(seen.daemon.status, "/stream")) add(findings, stream_findings(cell, seen.daemon.status));
+  add(findings, stream_findings(cell, seen.daemon.status));
   add(findings, rsi_findings(cell, seen));
   add(findings, robot_findings(cell, seen));
   add(findings, tracker_findings(cell, seen));

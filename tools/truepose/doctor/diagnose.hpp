@@ -13,8 +13,7 @@ Findings diagnose(const std::string& file, const config::CellConfig& cell, const
 // ---- Its parts ----
 
 Findings daemon_findings(const std::string& file, const DaemonObservation& daemon);
-/// @param status  of the daemon
-Findings stream_findings(const config::CellConfig& cell, const boost::json::value& status);
+Findings stream_findings(const config::CellConfig& cell, const rpc::CellStatus& status);
 Findings rsi_findings(const config::CellConfig& cell, const Observations& seen);
 Findings robot_findings(const config::CellConfig& cell, const Observations& seen);
 Findings tracker_findings(const config::CellConfig& cell, const Observations& seen);

@@ -3,11 +3,8 @@
 #include "core/formatted.hpp"
 #include "tools/truepose/doctor/diagnose.hpp"
 #include "tools/truepose/doctor/network.hpp"
-#include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
-
-namespace json = boost::json;
 
 namespace {
 
@@ -17,12 +14,11 @@ constexpr double kLittle_MB = 1000, kTooLittle_MB = 50;
 using Kind = FindingKind;
 
 /// As the kernel tells it of the daemon that runs.
-Finding thread_finding(Level level, const json::value& stream) {
-  const std::string policy = string_at(stream, "/scheduling/policy");
-  const std::string priority = text_at(stream, "/scheduling/priority");
-  if (policy == "SCHED_FIFO")
-    return good("machine", "the daemon's real-time thread runs under " + policy + " " + priority);
-  return finding<Kind::Scheduling>("machine", level, policy, priority);
+Finding thread_finding(Level level, const rpc::StreamStatus::Scheduling& thread) {
+  const std::string priority = std::to_string(thread.priority);
+  if (thread.policy == "SCHED_FIFO")
+    return good("machine", "the daemon's real-time thread runs under " + thread.policy + " " + priority);
+  return finding<Kind::Scheduling>("machine", level, thread.policy, priority);
 }
 
 /// The unit raises these limits for the daemon; a user that starts it by hand has to raise them.
@@ -41,8 +37,7 @@ Findings limit_findings(Level level, const config::StreamConfig& stream, const M
 Findings realtime_findings(const config::StreamConfig& stream, const Observations& seen) {
   if (stream.realtime == config::RealtimePolicy::Off) return {};
   const Level level = stream.realtime == config::RealtimePolicy::Require ? Level::Fault : Level::Warning;
-  const json::value* const running = find_at(seen.daemon.status, "/stream");
-  if (running && find_at(*running, "/scheduling")) return {thread_finding(level, *running)};
+  if (const auto& thread = seen.daemon.status.stream.scheduling) return {thread_finding(level, *thread)};
   return limit_findings(level, stream, seen.machine);
 }
 

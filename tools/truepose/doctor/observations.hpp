@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/json/value.hpp>
 #include <cstdint>
 #include <expected>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "daemon/check.hpp"
 #include "daemon/device_probe.hpp"
 #include "drivers/kuka/udp_source.hpp"
+#include "proto/rpc/cell.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/truepose/doctor/rsi_watch.hpp"
 
@@ -34,7 +34,7 @@ struct SeenStream {
 struct DaemonObservation {
   std::string unreachable;  ///< why; empty: it answers
   std::string version;
-  boost::json::value status;  ///< cell.status
+  rpc::CellStatus status{};  ///< as the daemon itself says it; empty where it does not, or is of another form
 };
 
 /// The RSI port as it was for a while. Where the daemon has it, root alone sees what passes by.

@@ -1,20 +1,17 @@
 #include "tools/truepose/doctor/probes.hpp"
 
-#include <boost/json/object.hpp>
 #include <future>
 
 #include "config/ethernet_file.hpp"
 #include "config/text_file.hpp"
 #include "daemon/realtime/stream_options.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
-#include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
 
 namespace {
 
 namespace fs = std::filesystem;
-namespace json = boost::json;
 
 constexpr std::chrono::seconds kAnswer{3};
 
@@ -34,8 +31,8 @@ std::optional<rsi::EthernetConfig> ethernet_of(const config::StreamConfig& strea
 }
 
 /// A device that the daemon talks to is left to it, and the controller of an armed stream to its own program.
-bool may_be_asked(const json::value& status, const std::string& device) {
-  return !is_true_at(status, "/" + device + "/connected") && !is_true_at(status, "/stream/armed");
+bool may_be_asked(const rpc::CellStatus& status, bool is_connected) {
+  return !is_connected && !status.stream.armed;
 }
 
 }  // namespace
@@ -43,14 +40,17 @@ bool may_be_asked(const json::value& status, const std::string& device) {
 DaemonObservation observe_daemon(const std::string& cell, const DaemonAddress& address) {
   auto client = RpcClient::connect(address);
   if (!client) return {.unreachable = client.error().message};
-  const auto info = client->call("system.info", {}, kAnswer);
+  const auto info = client->call(rpc::SystemInfo{}, kAnswer);
   if (!info) return {.unreachable = info.error().message};
-  auto status = client->call("cell.status", {}, kAnswer);
-  if (!status) return {.unreachable = status.error().message};
-  if (const std::string other = string_at(*status, "/cell"); other != cell)
+  const rpc::SystemInfo::Result& its = info->record;
+  if (its.cell != cell)
     return {.unreachable =
-                "the daemon at " + address.daemon + " is that of cell " + other + ", not of " + cell};
-  return {.version = string_at(*info, "/version"), .status = *std::move(status)};
+                "the daemon at " + address.daemon + " is that of cell " + its.cell + ", not of " + cell};
+  auto status = client->call(rpc::GetCellStatus{}, kAnswer);
+  if (status) return {.version = its.version, .status = std::move(status->record)};
+  // Of another version, that is to be said before what of its answer cannot be read.
+  if (its.version != TRUEPOSE_VERSION) return {.version = its.version};
+  return {.unreachable = status.error().message};
 }
 
 Observations observe(const config::CellConfig& cell, DaemonAddress address) {
@@ -61,14 +61,15 @@ Observations observe(const config::CellConfig& cell, DaemonAddress address) {
                     .interfaces = observe_interfaces(),
                     .daemon = observe_daemon(cell.name, address)};
   const bool runs = seen.daemon.unreachable.empty();
+  const rpc::CellStatus& status = seen.daemon.status;
   const auto aside = [](auto probe) { return std::async(std::launch::async, probe); };
   auto rsi = aside([&] { return observe_rsi(cell.stream, runs); });
   std::future<decltype(daemon::observe_robot(cell.robot))> robot;
   std::future<decltype(daemon::observe_tracker(cell.tracker))> tracker;
   const bool is_driven = !daemon::why_unfit(cell.robot.model);  // the check says it where not
-  if (is_driven && may_be_asked(seen.daemon.status, "robot"))
+  if (is_driven && may_be_asked(status, status.robot.connected))
     robot = aside([&] { return daemon::observe_robot(cell.robot); });
-  if (may_be_asked(seen.daemon.status, "tracker"))
+  if (may_be_asked(status, status.tracker.connected))
     tracker = aside([&] { return daemon::observe_tracker(cell.tracker); });
   seen.machine = observe_machine(cell);
   if (robot.valid()) seen.robot = robot.get();

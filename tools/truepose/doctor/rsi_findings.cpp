@@ -10,7 +10,6 @@
 #include "proto/rsi/lint_kinds.hpp"
 #include "tools/truepose/doctor/diagnose.hpp"
 #include "tools/truepose/doctor/network.hpp"
-#include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
 
@@ -230,18 +229,17 @@ Findings card_findings(const config::CellConfig& cell, const std::vector<Interfa
 
 /// Whether the controller is there, and only no program has RSI open.
 bool controller_answers(const Observations& seen) {
-  return (seen.robot && seen.robot->has_value()) || is_true_at(seen.daemon.status, "/robot/connected");
+  return (seen.robot && seen.robot->has_value()) || seen.daemon.status.robot.connected;
 }
 
 Finding silence_finding(const config::CellConfig& cell, const Observations& seen) {
-  const auto* const cycles = find_at(seen.daemon.status, "/stream/cycles");
-  const auto came = cycles && cycles->is_number() ? cycles->to_number<std::uint64_t>() : 0;
   std::string others;
   if (!seen.rsi.seen && seen.rsi.unclaimed > 0)
     others = "; " + std::to_string(seen.rsi.unclaimed) +
              " UDP packets came to ports without a program: as root, truepose doctor names them";
-  Finding silent = finding<Kind::NoPacket>("rsi", controller_answers(seen) ? Level::Warning : Level::Fault,
-                                           config::text(cell.stream.listen), came, others);
+  Finding silent =
+      finding<Kind::NoPacket>("rsi", controller_answers(seen) ? Level::Warning : Level::Fault,
+                              config::text(cell.stream.listen), seen.daemon.status.stream.cycles, others);
   silent.may_follow = true;
   return silent;
 }
@@ -254,7 +252,7 @@ Findings no_packet_findings(const config::CellConfig& cell, const Observations& 
   Findings findings = card_findings(cell, seen.interfaces);
   for (const SeenStream& stream : seen.rsi.seen.value_or(std::vector<SeenStream>{}))
     findings.push_back(elsewhere(cell, stream, dropping));
-  const bool reported_by_daemon = string_at(seen.daemon.status, "/stream/state") == "fault";
+  const bool reported_by_daemon = seen.daemon.status.stream.state == "fault";
   if (reported_by_daemon || std::ranges::any_of(findings, is_fault)) return findings;
   findings.insert(findings.begin(), silence_finding(cell, seen));
   for (const std::string& rule : dropping)
@@ -265,10 +263,9 @@ Findings no_packet_findings(const config::CellConfig& cell, const Observations& 
 /// Whether packets come through: to the daemon, or to us where it does not run.
 bool has_packets(const Observations& seen) {
   if (!seen.daemon.unreachable.empty()) return !seen.rsi.senders.empty();
-  const auto* age = find_at(seen.daemon.status, "/stream/packet_age_ms");
-  const bool fresh =
-      age && age->is_number() && age->to_number<double>() < static_cast<double>(daemon::kSilence.count());
-  return fresh || !string_at(seen.daemon.status, "/stream/refused").empty();
+  const rpc::StreamStatus& stream = seen.daemon.status.stream;
+  const bool fresh = stream.packet_age_ms && *stream.packet_age_ms < daemon::kSilence.count();
+  return fresh || stream.refused;
 }
 
 }  // namespace
@@ -276,7 +273,7 @@ bool has_packets(const Observations& seen) {
 Findings rsi_findings(const config::CellConfig& cell, const Observations& seen) {
   if (!seen.rsi.not_bound.empty()) return {not_bound(seen)};
   if (!has_packets(seen)) return no_packet_findings(cell, seen);
-  const bool reported_by_daemon = string_at(seen.daemon.status, "/stream/refused").contains("are dropped");
+  const bool reported_by_daemon = seen.daemon.status.stream.refused.value_or("").contains("are dropped");
   Findings findings;
   for (const RsiSender& sender : seen.rsi.senders) {
     for (Finding& one : SenderFindings{cell, seen.ethernet, sender, reported_by_daemon}.all()) {
