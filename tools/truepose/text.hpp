@@ -1,10 +1,8 @@
 #pragma once
 
-#include <boost/json/fwd.hpp>
 #include <concepts>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace truepose::tools {
@@ -41,21 +39,5 @@ template <class T>
 std::string shown(const std::optional<T>& x) {
   return x ? shown(*x) : "-";
 }
-
-// ---- What stands in a JSON document. It may be of an older or a newer daemon: what is missing is no error
-// ----
-
-/// @param pointer  "/robot/model"
-/// @return null where there is none, or null there
-const boost::json::value* find_at(const boost::json::value& value, std::string_view pointer);
-/// For people: "-" for what is missing, "yes" and "no".
-std::string text_at(const boost::json::value& value, std::string_view pointer);
-/// With so many decimals; "-" for what is no number.
-std::string number_at(const boost::json::value& value, std::string_view pointer, int decimals,
-                      const char* unit = "");
-/// As it is; empty where there is none.
-std::string string_at(const boost::json::value& value, std::string_view pointer);
-bool is_true_at(const boost::json::value& value, std::string_view pointer);
-const boost::json::array& list_at(const boost::json::value& value, std::string_view pointer);
 
 }  // namespace truepose::tools

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <boost/json/object.hpp>
-
 #include "tools/truepose/doctor/rsi_report.hpp"
 
 namespace truepose::tools {
@@ -76,10 +74,10 @@ TEST_F(AnRsiWatch, ComparesWhatComesWithTheConfiguration) {
   EXPECT_TRUE(is_of_kind(watch.senders().at(0), ethernet));
   ethernet.send = {{.tag = "DEF_AIPos"}, {.tag = "DEF_RIst"}};
   EXPECT_FALSE(is_of_kind(watch.senders().at(0), ethernet));
-  const boost::json::object report = sender_json(watch.senders().at(0), ethernet);
-  EXPECT_EQ(report.at("unknown").as_array(), boost::json::array{"Delay"});
-  EXPECT_EQ(report.at("missing").as_array(), boost::json::array{"DEF_RIst"});
-  EXPECT_EQ(report.at("decimals"), 2);
+  const SenderReport report = sender_report(watch.senders().at(0), ethernet);
+  EXPECT_EQ(report.unknown, std::vector<std::string>{"Delay"});
+  EXPECT_EQ(report.missing, std::vector<std::string>{"DEF_RIst"});
+  EXPECT_EQ(report.decimals, 2);
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <atomic>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <chrono>
 #include <csignal>
 #include <map>
@@ -13,6 +11,7 @@
 #include "config/text_file.hpp"
 #include "drivers/kuka/rsi_port.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/doctor/rsi_report.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/online/online_commands.hpp"
@@ -20,7 +19,6 @@
 namespace truepose::tools {
 namespace {
 
-namespace json = boost::json;
 using drivers::TimePoint;
 
 struct ListenCommand {
@@ -96,22 +94,32 @@ void watch_port(drivers::RsiPort& port, const ListenCommand& command, RsiWatch& 
   }
 }
 
-json::object report_of(const RsiWatch& watch, const Expectation& expected) {
-  json::array senders;
+/// What is printed.
+struct ListenReport {
+  std::string listened;
   bool good = false;
-  for (const RsiSender& sender : watch.senders()) {
-    senders.push_back(sender_json(sender, expected.ethernet));
-    good = good || is_of_kind(sender, expected.ethernet);
-  }
-  return {{"listened", config::text(expected.listen)}, {"good", good}, {"senders", std::move(senders)}};
+  std::vector<SenderReport> senders;
+};
+void layout(record::Io& io, ListenReport& x) {
+  io("listened", x.listened);
+  io("good", x.good);
+  io("senders", x.senders);
 }
 
-std::string text_of(const json::object& report) {
+ListenReport report_of(const RsiWatch& watch, const Expectation& expected) {
+  ListenReport report{.listened = config::text(expected.listen), .senders = {}};
+  for (const RsiSender& sender : watch.senders()) {
+    report.senders.push_back(sender_report(sender, expected.ethernet));
+    report.good |= is_of_kind(sender, expected.ethernet);
+  }
+  return report;
+}
+
+std::string text_of(const ListenReport& report) {
   std::string lines;
-  for (const json::value& sender : report.at("senders").as_array()) lines += "\n" + sender_text(sender);
+  for (const SenderReport& sender : report.senders) lines += "\n" + sender_text(sender);
   if (!lines.empty()) return lines;
-  return "no packet came to " + std::string{report.at("listened").as_string()} +
-         ": run `truepose doctor --cell FILE`, which says why\n";
+  return "no packet came to " + report.listened + ": run `truepose doctor --cell FILE`, which says why\n";
 }
 
 int run_listen(const ListenCommand& command) {
@@ -124,9 +132,9 @@ int run_listen(const ListenCommand& command) {
     print("listening to " + config::text({expected.listen.host, port->number()}) + ", answering nothing\n");
   RsiWatch watch;
   watch_port(*port, command, watch);
-  const json::object report = report_of(watch, expected);
-  print(command.json ? control::json_text(report) + "\n" : text_of(report));
-  return report.at("good").as_bool() ? kDone : kFailed;
+  const ListenReport report = report_of(watch, expected);
+  print(command.json ? control::json_text(record::to_json(report)) + "\n" : text_of(report));
+  return report.good ? kDone : kFailed;
 }
 
 }  // namespace
