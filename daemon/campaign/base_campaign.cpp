@@ -9,8 +9,6 @@ namespace truepose::daemon {
 
 namespace {
 
-using Done = std::expected<void, CampaignError>;
-
 class BaseCampaign final : public CampaignProcedure {
  public:
   BaseCampaign(MeasuringSession& session, BaseOrder order);

@@ -17,8 +17,6 @@ namespace truepose::daemon {
 
 namespace {
 
-using Done = std::expected<void, CampaignError>;
-
 /// By which an identification is known again, to the last digit.
 std::string hash_of(const Calibration& calibration) {
   config::ModelFile file;

@@ -13,12 +13,6 @@ namespace truepose::daemon {
 
 namespace asio = boost::asio;
 
-namespace {
-
-using Done = std::expected<void, CampaignError>;
-
-}  // namespace
-
 Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJournal& journal,
                    CampaignObserver& observer, RunJob run_compute, CampaignOrder order,
                    std::shared_ptr<const CampaignPast> past)

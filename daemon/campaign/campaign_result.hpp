@@ -242,5 +242,7 @@ inline CampaignError store_failed(const StoreError& error) { return {CampaignFau
 /// What a step of a campaign comes to.
 template <typename T>
 using CampaignOutcome = boost::asio::awaitable<std::expected<T, CampaignError>>;
+/// The same of a step without a result, once it has ended.
+using Done = std::expected<void, CampaignError>;
 
 }  // namespace truepose::daemon

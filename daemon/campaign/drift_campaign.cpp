@@ -11,8 +11,6 @@ namespace {
 // The tracker may have been moved since the model was made: to find that is what the check is for.
 constexpr double kReach = 2;
 
-using Done = std::expected<void, CampaignError>;
-
 class DriftCampaign final : public CampaignProcedure {
  public:
   DriftCampaign(MeasuringSession& session, DriftOrder order);

@@ -15,8 +15,6 @@ namespace truepose::daemon {
 
 namespace {
 
-using Done = std::expected<void, CampaignError>;
-
 // Two tell that something moved, eight by how much: all that is measured later depends on that.
 constexpr std::size_t kToCheck = 2, kToFit = 8, kFewestToFit = 3;
 constexpr std::size_t kMostTries = 12;
@@ -42,7 +40,7 @@ class InterruptionCheck {
   double sigma_mm(std::size_t i) const;
   double left_mm(std::size_t i) const { return (then_[i].p_mm - X_ * now_[i].p_mm).norm(); }
   std::size_t worst() const;
-  std::expected<void, CampaignError> fit();
+  Done fit();
   std::string finding_text() const;
 
   MeasuringSession& session_;
@@ -184,7 +182,7 @@ std::size_t InterruptionCheck::worst() const {
   return worst;
 }
 
-std::expected<void, CampaignError> InterruptionCheck::fit() {
+Done InterruptionCheck::fit() {
   if (now_.size() < kFewestToFit)
     return std::unexpected(refused(formatted(
         "pose %d, measured again, is %.3f mm from where it was, and %zu of them are too few to show "

@@ -10,8 +10,6 @@ namespace truepose::daemon {
 
 namespace {
 
-using Done = std::expected<void, CampaignError>;
-
 constexpr std::size_t kPoints = 5, kApproaches = 9;
 // Long enough for the joints to take up their backlash, short enough to stay about the point.
 constexpr double kApproach_mm = 100;

@@ -14,8 +14,6 @@ namespace {
 
 constexpr Duration kBeforeRetry = 1s;
 
-using Done = std::expected<void, CampaignError>;
-
 /// A device's error that ends the campaign.
 CampaignError fatal(const DeviceError& error) {
   return {.fault = error.remedy == Remedy::WrongArm ? CampaignFault::WrongArm : CampaignFault::Device,

@@ -288,7 +288,7 @@ MeasuringSession::Outcome<T> MeasuringSession::journalled(
     auto written = co_await write();
     if (written) {
       if constexpr (std::is_void_v<T>)
-        co_return std::expected<void, CampaignError>{};
+        co_return Done{};
       else
         co_return *std::move(written);
     }

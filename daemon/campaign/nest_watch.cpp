@@ -10,14 +10,14 @@ NestWatch::NestWatch(MeasuringSession& session)
     : session_{session}, seen_mm_{session.config().tracker.nests_mm} {}
 
 CampaignOutcome<void> NestWatch::after_pose() {
-  if (++poses_since_ < session_.config().campaign.nests_every) co_return std::expected<void, CampaignError>{};
+  if (++poses_since_ < session_.config().campaign.nests_every) co_return Done{};
   auto measured = co_await measure();
   co_return measured;
 }
 
 CampaignOutcome<void> NestWatch::measure() {
   poses_since_ = 0;
-  if (seen_mm_.empty()) co_return std::expected<void, CampaignError>{};
+  if (seen_mm_.empty()) co_return Done{};
   const config::TrackerConfig& tracker = session_.config().tracker;
   const double search_mm = begun_ ? tracker.search_radius_mm : tracker.first_search_radius_mm;
   const int number = session_.next_number();
@@ -29,7 +29,7 @@ CampaignOutcome<void> NestWatch::measure() {
     if (*point) seen_mm_[nest] = *(*point)->p_WS_mm;
   }
   begun_ = true;
-  co_return std::expected<void, CampaignError>{};
+  co_return Done{};
 }
 
 }  // namespace truepose::daemon

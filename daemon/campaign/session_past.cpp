@@ -12,8 +12,6 @@ namespace truepose::daemon {
 namespace {
 
 namespace asio = boost::asio;
-using Done = std::expected<void, CampaignError>;
-
 CampaignError not_its_own(const std::string& what) {
   return {CampaignFault::Internal, "what is stored of the campaign does not follow from its plan: " + what +
                                        " (another version, or another robot file?)"};

@@ -6,12 +6,6 @@
 
 namespace truepose::daemon {
 
-namespace {
-
-using Done = std::expected<void, CampaignError>;
-
-}  // namespace
-
 MeasuringSession::Outcome<void> MeasuringSession::touch(Touch what) {
   if (past_) {
     const auto before = touched_before(what);

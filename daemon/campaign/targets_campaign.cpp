@@ -10,8 +10,6 @@ namespace truepose::daemon {
 
 namespace {
 
-using Done = std::expected<void, CampaignError>;
-
 /// Why the loop has not reached its target; nothing where it has.
 std::string why_not(const TrackerLoop& loop) {
   switch (*loop.end()) {

@@ -14,8 +14,6 @@ namespace truepose::daemon {
 
 namespace {
 
-using Done = std::expected<void, CampaignError>;
-
 // Nearer to the model's reflector than this it is likely to be that one.
 constexpr double kSameReflector_mm = 2;
 
@@ -27,8 +25,8 @@ class ToolCampaign final : public CampaignProcedure {
  private:
   bool by_hand() const { return !order_.together && order_.points.size() > 1; }
   CampaignOutcome<void> plan();
-  std::expected<void, CampaignError> judge_orientations() const;
-  std::expected<void, CampaignError> judge_target();
+  Done judge_orientations() const;
+  Done judge_target();
   CampaignOutcome<void> put_reflector_at(std::size_t point);
   CampaignOutcome<void> measure();
   CampaignOutcome<void> learn_place();
@@ -85,7 +83,7 @@ CampaignOutcome<void> ToolCampaign::plan() {
   co_return done;
 }
 
-std::expected<void, CampaignError> ToolCampaign::judge_orientations() const {
+Done ToolCampaign::judge_orientations() const {
   std::vector<Eigen::Matrix3d> turns;
   for (const MeasuringTarget& target : targets_)
     turns.push_back(forward_kinematics(session_.config().robot.model, target.q_target).linear());
@@ -133,7 +131,7 @@ CampaignOutcome<void> ToolCampaign::measure() {
 }
 
 /// Few poses are enough for a 6-D target alone.
-std::expected<void, CampaignError> ToolCampaign::judge_target() {
+Done ToolCampaign::judge_target() {
   const bool is_6d = std::ranges::all_of(
       session_.corrected().points, [](const StoredPoint& point) { return point.orientation.has_value(); });
   if (order_.poses >= kFewestOrientations || is_6d) return {};
