@@ -33,11 +33,11 @@ class BaseCampaign final : public CampaignProcedure {
 BaseCampaign::BaseCampaign(MeasuringSession& session, BaseOrder order)
     : session_{session}, order_{std::move(order)} {
   session_.result().findings = BaseResult{.order = order_};
-  session_.add_to_total(static_cast<int>(order_.points.size()) * order_.readings);
+  session_.progress().add_to_total(static_cast<int>(order_.points.size()) * order_.readings);
 }
 
 CampaignOutcome<void> BaseCampaign::run() {
-  session_.enter(CampaignPhase::Frame);
+  session_.progress().enter(CampaignPhase::Frame);
   Done done;
   for (std::size_t point = 0; done && point < order_.points.size(); ++point) {
     auto measured = order_.touch ? touch(point) : read(point);
@@ -104,7 +104,7 @@ FrameReadings BaseCampaign::readings() const {
 }
 
 CampaignOutcome<void> BaseCampaign::evaluate() {
-  session_.enter(CampaignPhase::Compute);
+  session_.progress().enter(CampaignPhase::Compute);
   BaseResult result{.order = order_, .data = readings()};
   TouchingTool tcp;
   if (order_.touch) tcp = {order_.touch->measured.X.translation(), &order_.touch->measured};

@@ -59,7 +59,8 @@ class CalibrationCampaign final : public CampaignProcedure {
 
 CalibrationCampaign::CalibrationCampaign(MeasuringSession& session) : session_{session} {
   const config::CampaignConfig& campaign = session_.config().campaign;
-  session_.add_to_total(campaign.identify_poses + campaign.validate_poses * (campaign.remeasure ? 2 : 1));
+  session_.progress().add_to_total(campaign.identify_poses +
+                                   campaign.validate_poses * (campaign.remeasure ? 2 : 1));
 }
 
 CampaignOutcome<void> CalibrationCampaign::run() {
@@ -102,7 +103,7 @@ void CalibrationCampaign::add_reference(const JointVector& q) {
     all.push_back(identify_[i]);
   }
   all.push_back(reference(q));
-  session_.add_to_total(static_cast<int>(all.size() - identify_.size()));
+  session_.progress().add_to_total(static_cast<int>(all.size() - identify_.size()));
   identify_ = std::move(all);
 }
 
@@ -114,7 +115,7 @@ MeasuringTarget CalibrationCampaign::reference(const JointVector& q) {
 }
 
 CampaignOutcome<void> CalibrationCampaign::warm_up() {
-  session_.enter(CampaignPhase::WarmUp);
+  session_.progress().enter(CampaignPhase::WarmUp);
   const config::CampaignConfig& campaign = session_.config().campaign;
   const TimePoint until = session_.clock().now() + campaign.warm_up;
   for (std::size_t n = 0; static_cast<int>(n) < campaign.warm_up_moves || session_.clock().now() < until;
@@ -126,7 +127,7 @@ CampaignOutcome<void> CalibrationCampaign::warm_up() {
 }
 
 CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
-  session_.enter(CampaignPhase::Identify);
+  session_.progress().enter(CampaignPhase::Identify);
   Done seen = co_await nests_.measure();
   if (!seen) co_return seen;
   // With every further pose the fit reaches farther beyond those that it was made from.
@@ -157,7 +158,7 @@ std::optional<CampaignError> CalibrationCampaign::too_few_left(std::size_t targe
 }
 
 CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
-  session_.enter(CampaignPhase::Validate);
+  session_.progress().enter(CampaignPhase::Validate);
   const auto after_each = [this] { return nests_.after_pose(); };
   auto measured = co_await session_.measure_all(validate_, after_each);
   if (!measured) co_return std::unexpected(measured.error());
@@ -165,7 +166,7 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
   const auto& last_reference = session_.planned().reference;
   if (last_reference && !validate_.empty()) {
     // What moved while it was validated shows as well.
-    session_.add_to_total(1);
+    session_.progress().add_to_total(1);
     auto visited = co_await session_.measure(reference(*last_reference));
     if (!visited) co_return std::unexpected(visited.error());
   }
@@ -182,7 +183,7 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
   auto fitted = co_await session_.compute(job);
   if (!fitted) {
     // What served so far continues serving; the next point brings another try.
-    session_.report_trouble("base and reflector are not known yet: " + fitted.error().detail);
+    session_.observer().on_trouble("base and reflector are not known yet: " + fitted.error().detail);
     co_return Done{};
   }
   const CalibratedCell& cell = *fitted;
@@ -206,7 +207,7 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
 }
 
 CampaignOutcome<void> CalibrationCampaign::identify() {
-  session_.enter(CampaignPhase::Compute);
+  session_.progress().enter(CampaignPhase::Compute);
   const TimePoint begun = session_.clock().now();
   const CampaignResult& measured = session_.result();
   auto job = [points = measured.points, config = session_.config(), resumptions = measured.resumptions] {
@@ -237,13 +238,13 @@ boost::asio::awaitable<void> CalibrationCampaign::judge_again() {
 void CalibrationCampaign::report_doubts() {
   for (const Finding& finding : found().verdict.findings)
     if (finding.severity >= Severity::Warning)
-      session_.report_trouble("the model is in doubt: " + finding.sentence);
+      session_.observer().on_trouble("the model is in doubt: " + finding.sentence);
 }
 
 CampaignOutcome<void> CalibrationCampaign::remeasure() {
   auto compensated = co_await compensate();
   if (!compensated) co_return std::unexpected(compensated.error());
-  session_.enter(CampaignPhase::Remeasure);
+  session_.progress().enter(CampaignPhase::Remeasure);
   const auto after_each = [this] { return nests_.after_pose(); };
   auto measured = co_await session_.measure_all(*compensated, after_each);
   if (!measured) co_return std::unexpected(measured.error());

@@ -58,7 +58,7 @@ CampaignOutcome<void> Campaign::steps() {
   Done done = co_await session_.connect(procedure_->needs());
   if (done) done = co_await procedure_->run();
   if (done) done = co_await session_.note_resumption();
-  if (done) session_.enter(CampaignPhase::Finish);
+  if (done) session_.progress().enter(CampaignPhase::Finish);
   co_return done;
 }
 

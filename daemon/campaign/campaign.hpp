@@ -69,14 +69,14 @@ class Campaign {
   boost::asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignError>> run();
 
   /// Takes effect before the next pose.
-  void pause() { session_.pause(); }
-  void resume() { session_.resume(); }
+  void pause() { session_.pause().begin(); }
+  void resume() { session_.pause().end(); }
   /// Stops the arm. run() then returns Aborted with this reason, and says where the arm could not be stopped.
   void abort(std::string reason);
   /// The same, but a campaign of a kind that may continue ends as interrupted.
   void interrupt(std::string reason);
 
-  CampaignProgress progress() const { return session_.progress(); }
+  CampaignProgress progress() const { return session_.progress().now(); }
   CampaignNeeds needs() const { return procedure_->needs(); }
   /// Whether it is paused for want of room in the store.
   bool waits_for_room() const { return session_.waits_for_room(); }

@@ -28,14 +28,14 @@ class DriftCampaign final : public CampaignProcedure {
 
 DriftCampaign::DriftCampaign(MeasuringSession& session, DriftOrder order) : session_{session} {
   session_.expect(order.reference.cell, kReach);
-  session_.add_to_total(session_.config().campaign.drift_poses);
+  session_.progress().add_to_total(session_.config().campaign.drift_poses);
   session_.result().findings = DriftResult{.order = std::move(order)};
 }
 
 CampaignOutcome<void> DriftCampaign::run() {
   Done done = co_await plan();
   if (!done) co_return done;
-  session_.enter(CampaignPhase::Validate);
+  session_.progress().enter(CampaignPhase::Validate);
   auto measured = co_await session_.measure_all(targets_);
   if (!measured) co_return std::unexpected(measured.error());
   done = co_await judge();
@@ -61,7 +61,7 @@ CampaignOutcome<void> DriftCampaign::plan() {
 }
 
 CampaignOutcome<void> DriftCampaign::judge() {
-  session_.enter(CampaignPhase::Compute);
+  session_.progress().enter(CampaignPhase::Compute);
   DriftResult& result = session_.result().as<DriftResult>();
   // The session outlives the job, and does nothing else meanwhile.
   auto job = [&result,

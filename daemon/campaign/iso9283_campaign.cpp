@@ -55,7 +55,7 @@ Iso9283Campaign::Iso9283Campaign(MeasuringSession& session, Iso9283Order order)
   if (order_.cell) session_.expect(*order_.cell);
   session_.result().findings = Iso9283Test{};
   const std::size_t stops = kPoints + (order_.variation ? kApproaches : 0);
-  session_.add_to_total(static_cast<int>(stops) * order_.cycles);
+  session_.progress().add_to_total(static_cast<int>(stops) * order_.cycles);
 }
 
 CampaignOutcome<void> Iso9283Campaign::run() {
@@ -152,7 +152,7 @@ MeasuringTarget Iso9283Campaign::target_of(const Stop& stop) {
 }
 
 CampaignOutcome<void> Iso9283Campaign::measure_cycles() {
-  session_.enter(CampaignPhase::Cycles);
+  session_.progress().enter(CampaignPhase::Cycles);
   // So that the first P5 too is come to from P1.
   Done done = co_await session_.visit(stops_.back().q_commanded);
   for (int cycle = 0; done && cycle < order_.cycles; ++cycle) {
@@ -176,7 +176,7 @@ std::vector<TestPoint> Iso9283Campaign::measured_points() {
 }
 
 CampaignOutcome<void> Iso9283Campaign::evaluate() {
-  session_.enter(CampaignPhase::Compute);
+  session_.progress().enter(CampaignPhase::Compute);
   std::vector<TestPoint> points = measured_points();
   for (const TestPoint& point : points) {
     if (point.attained.empty())

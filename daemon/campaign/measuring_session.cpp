@@ -43,35 +43,29 @@ std::vector<std::int8_t> approach_direction(const MeasuringTarget& target, const
 MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDevices devices,
                                    CampaignJournal& journal, CampaignObserver& observer, RunJob run_compute,
                                    std::shared_ptr<const CampaignPast> past)
-    : config_{config},
+    : CampaignRun{config, devices.clock, journal, observer, run_compute, past},
       devices_{
-          config_, devices, [&observer](const std::string& sentence) { observer.on_trouble(sentence); },
+          config, devices, [&observer](const std::string& sentence) { observer.on_trouble(sentence); },
           [&observer](CellDevice device, const std::string& reason) { observer.on_waiting(device, reason); }},
-      clock_{devices.clock},
       journal_{journal},
-      observer_{observer},
-      run_compute_{std::move(run_compute)},
-      motion_{config_.robot.model, devices_, run_compute_},
-      search_{config_, devices_},
+      motion_{config.robot.model, devices_, std::move(run_compute)},
+      search_{config, devices_},
       past_{std::move(past)} {
   if (!past_) return;
   past_left_ = past_->outcomes();
   for (const PlannedPose& planned : past_->plan.poses) in_plan_.insert(planned.pose);
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::connect(const CampaignNeeds& needs) {
-  enter(CampaignPhase::Connect);
+CampaignOutcome<void> MeasuringSession::connect(const CampaignNeeds& needs) {
+  progress().enter(CampaignPhase::Connect);
   auto begun = co_await begin();
   if (!begun) co_return std::unexpected(store_failed(begun.error()));
   auto identities = co_await connected_devices(needs);
   if (!identities) co_return std::unexpected(fatal(identities.error()));
-  result_->identities = *std::move(identities);
+  result().identities = *std::move(identities);
   begun_ = true;
   if (const auto other = other_arm()) co_return std::unexpected(*other);
-  const std::function<asio::awaitable<StoreResult<void>>()> write = [this] {
-    return journal_.know(result_->identities);
-  };
-  Done known = co_await journalled<void>(write);
+  Done known = co_await write(&CampaignJournal::know, result().identities);
   if (!known || !needs.moving_arm) co_return known;
   Done proven = co_await prove_arm();
   co_return proven;
@@ -81,32 +75,32 @@ MeasuringSession::Outcome<void> MeasuringSession::connect(const CampaignNeeds& n
 /// reported before the arm has moved.
 CellDevices::Outcome<Identities> MeasuringSession::connected_devices(const CampaignNeeds& needs) {
   const ArmProof proof = needs.moving_arm ? ArmProof::ByMotion : ArmProof::AsItStands;
-  for (int tries_left = config_.campaign.retries;; --tries_left) {
+  for (int tries_left = config().campaign.retries;; --tries_left) {
     auto identities = co_await devices_.connect(proof, needs.tracker);
     if (identities || identities.error().remedy == Remedy::WrongArm || tries_left == 0) co_return identities;
-    observer_.on_trouble(identities.error().detail + "; trying again");
-    const TimePoint next = clock_.now() + kBeforeRetry;
-    co_await clock_.sleep_until(next);
+    observer().on_trouble(identities.error().detail + "; trying again");
+    const TimePoint next = clock().now() + kBeforeRetry;
+    co_await clock().sleep_until(next);
   }
 }
 
 /// In the journal.
 asio::awaitable<StoreResult<void>> MeasuringSession::begin() {
   in_journal_ = true;
-  auto begun = co_await journal_.begin(progress_.total);
+  auto begun = co_await journal_.begin(progress().counted().total);
   if (!begun) co_return std::unexpected(begun.error());
   if (past_) begin_resumption(*begun);
   co_return StoreResult<void>{};
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::prove_arm() {
-  for (int tries_left = config_.campaign.retries;; --tries_left) {
-    co_await wait_while_paused();
+CampaignOutcome<void> MeasuringSession::prove_arm() {
+  for (int tries_left = config().campaign.retries;; --tries_left) {
+    co_await pause().wait();
     auto proven = co_await devices_.prove_arm();
     if (proven) co_return Done{};
     if (proven.error().remedy == Remedy::Retry && tries_left == 0)
       co_return std::unexpected(fatal(proven.error()));
-    observer_.on_trouble("the first small motions: " + proven.error().detail);
+    observer().on_trouble("the first small motions: " + proven.error().detail);
     Done recovered = co_await recover(proven.error());
     if (!recovered) co_return recovered;
   }
@@ -119,19 +113,19 @@ asio::awaitable<StoreResult<void>> MeasuringSession::end(std::optional<CampaignE
     static_cast<void>(begun);
   }
   std::shared_ptr<const CampaignResult> result;
-  if (!error) result = result_;
+  if (!error) result = shared_result();
   auto ended = co_await journal_.end(result, error);
   co_return ended;
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options,
-                                                       Reflectors reflectors) {
-  enter(CampaignPhase::Plan);
+CampaignOutcome<void> MeasuringSession::plan(CalibratedCell cell, PlanOptions options,
+                                             Reflectors reflectors) {
+  progress().enter(CampaignPhase::Plan);
   options.sizes.clear();
   options.random_sets = 0;
   auto here = co_await devices_.position();
   if (here) options.start = *here;
-  Scene scene = config::scene_of(config_);
+  Scene scene = config::scene_of(config());
   scene.shows_last_axis = !options.by_orientation;
   if (reflectors == Reflectors::First) scene.sight.further.clear();
   search_.look_for(reflectors);
@@ -155,7 +149,7 @@ MeasuringTarget MeasuringSession::new_target(PointPurpose purpose, const JointVe
           .q_target = q,
           .q_commanded = q,
           .replacement = replacement,
-          .way_rad = approach_way_rad(config_.campaign, pose),
+          .way_rad = approach_way_rad(config().campaign, pose),
           .q_from = {}};
 }
 
@@ -164,31 +158,28 @@ MeasuringTarget MeasuringSession::again(MeasuringTarget target) {
   return target;
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::keep_plan(std::vector<MeasuringTarget> targets) {
+CampaignOutcome<void> MeasuringSession::keep_plan(std::vector<MeasuringTarget> targets) {
   std::vector<PlannedPose> fresh;
   for (const MeasuringTarget& target : targets)
     if (in_plan_.insert(target.pose).second)
       fresh.push_back({target.pose, target.purpose, target.q_target, target.q_commanded, target.replaces});
   if (fresh.empty()) co_return Done{};
-  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, fresh] {
-    return journal_.add_planned(fresh, progress_.total);
-  };
-  Done kept = co_await journalled<void>(write);
+  Done kept = co_await write(&CampaignJournal::add_planned, fresh, progress().counted().total);
   co_return kept;
 }
 
 void MeasuringSession::expect(CalibratedCell cell, double reach) { search_.expect(std::move(cell), reach); }
 
-MeasuringSession::Outcome<void> MeasuringSession::visit(JointVector q) {
-  co_await wait_while_paused();
+CampaignOutcome<void> MeasuringSession::visit(JointVector q) {
+  co_await pause().wait();
   auto reached = co_await motion_.drive(q);
   if (reached) co_return Done{};
   Done recovered = co_await recover(reached.error());
   co_return recovered;
 }
 
-MeasuringSession::Outcome<std::vector<MeasuringTarget>> MeasuringSession::measure_all(
-    std::vector<MeasuringTarget> targets, std::function<Outcome<void>()> after_each) {
+CampaignOutcome<std::vector<MeasuringTarget>> MeasuringSession::measure_all(
+    std::vector<MeasuringTarget> targets, std::function<CampaignOutcome<void>()> after_each) {
   for (std::size_t i = 0; i < targets.size();) {
     auto point = co_await measure(targets[i]);
     if (!point) co_return std::unexpected(point.error());
@@ -209,7 +200,7 @@ MeasuringSession::Outcome<std::vector<MeasuringTarget>> MeasuringSession::measur
   co_return targets;
 }
 
-MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(MeasuringTarget target) {
+CampaignOutcome<std::optional<StoredPoint>> MeasuringSession::measure(MeasuringTarget target) {
   if (past_) {
     if (const auto wrong = contradiction(target)) co_return std::unexpected(*wrong);
     if (const auto before = taken_before(target)) co_return before->point;
@@ -223,13 +214,14 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
   const std::vector<MeasuringTarget> this_one{target};
   Done planned = co_await keep_plan(this_one);
   if (!planned) co_return std::unexpected(planned.error());
-  co_await wait_while_paused();
-  if (!pose_begun_) pose_begun_ = clock_.now();
-  const int attempts = 1 + config_.campaign.retries;
+  co_await pause().wait();
+  progress().begin_pose();
+  const int attempts = 1 + config().campaign.retries;
   int tried = 0;
+  bool again = false;
   DeviceError error{Remedy::Retry, ""};
   do {
-    co_await wait_while_paused();
+    co_await pause().wait();
     for (int n = 1; n <= attempts; ++n, ++tried) {
       auto points = co_await attempt(target);
       if (points) {
@@ -239,42 +231,40 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure(
         co_return in_first_frame(*kept);
       }
       error = points.error();
-      observer_.on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) + " of " +
-                           std::to_string(attempts) + ": " + error.detail);
+      observer().on_trouble("pose " + std::to_string(target.pose) + ", attempt " + std::to_string(n) +
+                            " of " + std::to_string(attempts) + ": " + error.detail);
       Done recovered = co_await recover(error);
       if (!recovered) co_return std::unexpected(recovered.error());
     }
-  } while (pause_for_losses(target, error));
+    again = co_await pause_for_losses(target, error);
+  } while (again);
   Done skipped = co_await skip(target, tried, error.detail);
   if (!skipped) co_return std::unexpected(skipped.error());
   co_return std::nullopt;
 }
 
 // One pose may hide the reflector; several in a row are a cause that stays. Where the beam is interrupted
-// that is somebody in the cell, or something that was put there: that the beam is back does not tell that the
+// that is a person in the cell, or something that was put there: that the beam is back does not mean that the
 // person who broke it has left. So the arm stands still from then on, and continues when a person says so.
-bool MeasuringSession::pause_for_losses(const MeasuringTarget& target, const DeviceError& error) {
-  if (std::exchange(last_lost_, target.pose) == target.pose) return false;
-  const int most = config_.campaign.pause_after_lost;
-  if (++lost_in_row_ < most || most == 0) return false;
-  paused_ = true;
-  observer_.on_paused("paused: " + std::to_string(lost_in_row_) +
-                      " poses in a row could not be measured, pose " + std::to_string(target.pose) +
-                      " last: " + error.detail + "; " +
-                      (error.beam_lost ? "see that the cell is empty and that nothing stands between "
-                                         "tracker and reflector"
-                       : error.what_to_do.empty() ? "remove the cause"
-                                                  : error.what_to_do) +
-                      ", then resume the campaign");
-  report_progress();
-  return true;
+asio::awaitable<bool> MeasuringSession::pause_for_losses(MeasuringTarget target, DeviceError error) {
+  if (std::exchange(last_lost_, target.pose) == target.pose) co_return false;
+  const int most = config().campaign.pause_after_lost;
+  if (++lost_in_row_ < most || most == 0) co_return false;
+  const std::string remedy = error.beam_lost ? "see that the cell is empty and that nothing stands between "
+                                               "tracker and reflector"
+                             : error.what_to_do.empty() ? "remove the cause"
+                                                        : error.what_to_do;
+  co_await pause().wait_for_operator(
+      "paused: " + std::to_string(lost_in_row_) + " poses in a row could not be measured, pose " +
+      std::to_string(target.pose) + " last: " + error.detail + "; " + remedy + ", then resume the campaign");
+  co_return true;
 }
 
 /// What to measure in place of a pose that failed. Never more than were measured, so that a device that
 /// always fails does not make the campaign endless.
-MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::substitute(
-    MeasuringTarget failed) {
-  if (failed.replacement == Replacement::None || substitutes_ >= progress_.done) co_return std::nullopt;
+CampaignOutcome<std::optional<MeasuringTarget>> MeasuringSession::substitute(MeasuringTarget failed) {
+  if (failed.replacement == Replacement::None || substitutes_ >= progress().counted().done)
+    co_return std::nullopt;
   const bool informative = failed.replacement == Replacement::Informative;
   if (const PlannedPose* before = past_ ? past_->substitute_of(failed.pose) : nullptr) {
     poses_->replaced(failed.q_target, before->q_target);
@@ -286,14 +276,14 @@ MeasuringSession::Outcome<std::optional<MeasuringTarget>> MeasuringSession::subs
   auto other = co_await compute(job);
   if (!other) co_return std::nullopt;
   const MeasuringTarget target = new_substitute(failed, *other);
-  observer_.on_trouble("pose " + std::to_string(failed.pose) + " is replaced by pose " +
-                       std::to_string(target.pose));
+  observer().on_trouble("pose " + std::to_string(failed.pose) + " is replaced by pose " +
+                        std::to_string(target.pose));
   co_return target;
 }
 
 MeasuringTarget MeasuringSession::new_substitute(const MeasuringTarget& failed, const JointVector& q) {
   ++substitutes_;
-  ++progress_.total;
+  progress().add_to_total(1);
   MeasuringTarget target = new_target(failed.purpose, q, failed.replacement);
   target.replaces = failed.pose;
   return target;
@@ -310,7 +300,7 @@ CellDevices::Outcome<JointVector> MeasuringSession::reach(MeasuringTarget target
 }
 
 bool MeasuringSession::in_two_faces(int pose) const {
-  const int every = config_.campaign.two_face_every;
+  const int every = config().campaign.two_face_every;
   return every > 0 && pose % every == 0;
 }
 
@@ -339,7 +329,7 @@ CellDevices::Outcome<MeasuringSession::Points> MeasuringSession::attempt(Measuri
   auto seen = co_await search_.measure(std::move(posture));
   if (!seen) co_return std::unexpected(seen.error());
   for (const std::string& sentence : seen->missed)
-    observer_.on_trouble("pose " + std::to_string(target.pose) + ": " + sentence);
+    observer().on_trouble("pose " + std::to_string(target.pose) + ": " + sentence);
   Points points;
   for (const ReflectorSearch::ReflectorResult& found : seen->found) {
     const std::string& smr = search_.name(found.reflector);
@@ -352,29 +342,26 @@ CellDevices::Outcome<MeasuringSession::Points> MeasuringSession::attempt(Measuri
   co_return points;
 }
 
-MeasuringSession::Outcome<StoredPoint> MeasuringSession::store(StoredPoint point) {
-  point.resumption = static_cast<int>(result_->resumptions.size());
-  const std::function<asio::awaitable<StoreResult<StoredPoint>>()> write = [this, point] {
-    return journal_.add_point(point);
-  };
-  auto stored = co_await journalled<StoredPoint>(write);
+CampaignOutcome<StoredPoint> MeasuringSession::store(StoredPoint point) {
+  point.resumption = static_cast<int>(result().resumptions.size());
+  auto stored = co_await write(&CampaignJournal::add_point, point);
   if (!stored) co_return std::unexpected(stored.error());
-  result_->points.push_back(*stored);
+  result().points.push_back(*stored);
   co_return *std::move(stored);
 }
 
-MeasuringSession::Outcome<StoredPoint> MeasuringSession::keep(Points points) {
+CampaignOutcome<StoredPoint> MeasuringSession::keep(Points points) {
   Points kept;
   for (StoredPoint& point : points) {
     auto stored = co_await store(std::move(point));
     if (!stored) co_return std::unexpected(stored.error());
     if (stored->purpose != PointPurpose::Face1) kept.push_back(*std::move(stored));
   }
-  ++progress_.done;
-  count_pose_time();
+  progress().count_done();
+  progress().end_pose();
   for (const StoredPoint& point : kept) {
     const double deviation_mm = count_deviation(point);
-    observer_.on_point(point, deviation_mm, progress());
+    observer().on_point(point, deviation_mm, progress().now());
   }
   co_return kept.front();
 }
@@ -382,21 +369,21 @@ MeasuringSession::Outcome<StoredPoint> MeasuringSession::keep(Points points) {
 /// @return how far it is from where it was expected
 double MeasuringSession::count_deviation(const StoredPoint& point) {
   const double deviation_mm = (*in_first_frame(point).p_WS_mm - search_.predicted_mm(point)).norm();
-  if (search_.placement_known()) count_error(deviation_mm);
+  if (search_.placement_known()) progress().count_error(deviation_mm);
   return deviation_mm;
 }
 
-MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_fixed(FixedReflector what,
-                                                                                      Eigen::Vector3d p_W_mm,
-                                                                                      double search_mm) {
+CampaignOutcome<std::optional<StoredPoint>> MeasuringSession::measure_fixed(FixedReflector what,
+                                                                            Eigen::Vector3d p_W_mm,
+                                                                            double search_mm) {
   if (past_) {
     if (auto before = measured_before(what.number, what.purpose, what.name)) co_return before;
     if (past_left_ > 0) co_return std::nullopt;  // it was not seen then
     Done resumed = co_await resume_from_past();
     if (!resumed) co_return std::unexpected(resumed.error());
   }
-  for (int n = 0; n <= config_.campaign.retries; ++n) {
-    co_await wait_while_paused();
+  for (int n = 0; n <= config().campaign.retries; ++n) {
+    co_await pause().wait();
     CellDevices::MeasureRequest request{.p_W_mm = now(p_W_mm), .search_mm = search_mm, .gate_mm = search_mm};
     auto point = co_await attempt_fixed(request);
     if (point) {
@@ -406,12 +393,12 @@ MeasuringSession::Outcome<std::optional<StoredPoint>> MeasuringSession::measure_
       auto stored = co_await store(*std::move(point));
       if (!stored) co_return std::unexpected(stored.error());
       if (is_pose(what.purpose)) {
-        ++progress_.done;
-        observer_.on_point(*stored, (*in_first_frame(*stored).p_WS_mm - p_W_mm).norm(), progress());
+        progress().count_done();
+        observer().on_point(*stored, (*in_first_frame(*stored).p_WS_mm - p_W_mm).norm(), progress().now());
       }
       co_return in_first_frame(*stored);
     }
-    observer_.on_trouble(what.name + ": " + point.error().detail);
+    observer().on_trouble(what.name + ": " + point.error().detail);
     Done recovered = co_await recover(point.error());
     if (!recovered) co_return std::unexpected(recovered.error());
   }
@@ -430,32 +417,28 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_fixed(CellDevices::M
   co_return point;
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts,
-                                                       std::string reason) {
+CampaignOutcome<void> MeasuringSession::skip(MeasuringTarget target, int attempts, std::string reason) {
   if (skipped_before(target.pose)) co_return Done{};
   const SkippedPose skipped{target.pose, attempts, reason};
-  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, skipped] {
-    return journal_.add_skipped(skipped);
-  };
-  Done stored = co_await journalled<void>(write);
+  Done stored = co_await write(&CampaignJournal::add_skipped, skipped);
   if (!stored) co_return stored;
-  result_->skipped.push_back(skipped);
-  ++progress_.skipped;
-  count_pose_time();
+  result().skipped.push_back(skipped);
+  progress().count_skipped();
+  progress().end_pose();
   StoredPoint wanted;
   wanted.pose = target.pose;
   wanted.purpose = target.purpose;
   wanted.smr = search_.names_at(target.q_commanded, target.purpose);
-  observer_.on_skipped(wanted, reason, progress());
+  observer().on_skipped(wanted, reason, progress().now());
   co_return Done{};
 }
 
 /// After a failed attempt: whatever lets the next one succeed. Fails where there is to be no next one.
-MeasuringSession::Outcome<void> MeasuringSession::recover(DeviceError error) {
+CampaignOutcome<void> MeasuringSession::recover(DeviceError error) {
   if (error.remedy == Remedy::WrongArm) co_return std::unexpected(fatal(error));
   if (error.remedy == Remedy::Retry) {
-    const TimePoint next = clock_.now() + kBeforeRetry;
-    co_await clock_.sleep_until(next);
+    const TimePoint next = clock().now() + kBeforeRetry;
+    co_await clock().sleep_until(next);
     co_return Done{};
   }
   auto recovered = co_await devices_.recover(std::move(error));
@@ -463,30 +446,8 @@ MeasuringSession::Outcome<void> MeasuringSession::recover(DeviceError error) {
   co_return Done{};
 }
 
-void MeasuringSession::pause() {
-  paused_ = true;
-  report_progress();
-}
-
-void MeasuringSession::resume() {
-  paused_ = false;
-  resumed_.notify();
-  report_progress();
-}
-
-asio::awaitable<void> MeasuringSession::wait_while_paused() {
-  while (paused_) co_await resumed_.wait();
-}
-
 asio::awaitable<void> MeasuringSession::wait_for_operator(std::string sentence) {
-  if (past_left_ == 0) co_await pause_until_resumed(std::move(sentence));
-}
-
-asio::awaitable<void> MeasuringSession::pause_until_resumed(std::string sentence) {
-  paused_ = true;
-  observer_.on_paused(sentence);
-  report_progress();
-  co_await wait_while_paused();
+  if (past_left_ == 0) co_await pause().wait_for_operator(std::move(sentence));
 }
 
 }  // namespace truepose::daemon

@@ -4,25 +4,19 @@
 #include <expected>
 #include <functional>
 #include <memory>
-#include <new>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "config/cell_config.hpp"
 #include "core/plan/pose_supply.hpp"
 #include "daemon/campaign/arm_motion.hpp"
-#include "daemon/campaign/campaign_observer.hpp"
-#include "daemon/campaign/campaign_past.hpp"
-#include "daemon/campaign/campaign_result.hpp"
+#include "daemon/campaign/campaign_run.hpp"
 #include "daemon/campaign/cell_devices.hpp"
-#include "daemon/campaign/corrected_points.hpp"
 #include "daemon/campaign/reflector_search.hpp"
-#include "daemon/threads/signal.hpp"
 #include "daemon/threads/worker.hpp"
 
 namespace truepose::daemon {
@@ -57,11 +51,8 @@ std::vector<std::int8_t> approach_direction(const MeasuringTarget& target, const
 /// Of a campaign that was interrupted it takes what was measured or skipped from the past, so that the same
 /// steps lead to where it was. Before the first that is not there it sees what has moved meanwhile. Points
 /// are given, and places asked for, in the frame in which the tracker stood when the campaign began.
-class MeasuringSession {
+class MeasuringSession : public CampaignRun {
  public:
-  template <typename T>
-  using Outcome = CampaignOutcome<T>;
-
   /// What is referred to outlives the session.
   /// @param past  of a campaign that was interrupted; null: it begins
   MeasuringSession(const config::CellConfig& config, CampaignDevices devices, CampaignJournal& journal,
@@ -70,13 +61,14 @@ class MeasuringSession {
 
   /// Begins the journal, connects the devices, and sees by small motions that the arm is the configured one;
   /// of one that is not to be moved, as far as it shows that where it stands.
-  Outcome<void> connect(const CampaignNeeds& needs);
+  CampaignOutcome<void> connect(const CampaignNeeds& needs);
   /// Ends the journal, with the result where there is no error.
   boost::asio::awaitable<StoreResult<void>> end(std::optional<CampaignError> error);
 
   /// Chooses poses and from then on knows ways and substitutes. The options' start, and what only
   /// their comparisons need, are set here.
-  Outcome<void> plan(CalibratedCell cell, PlanOptions options, Reflectors reflectors = Reflectors::First);
+  CampaignOutcome<void> plan(CalibratedCell cell, PlanOptions options,
+                             Reflectors reflectors = Reflectors::First);
   const MeasurementPlan& planned() const { return poses_->plan(); }
   /// The next pose of the campaign.
   MeasuringTarget new_target(PointPurpose purpose, const JointVector& q,
@@ -84,7 +76,7 @@ class MeasuringSession {
 
   /// Keeps in the journal what is to be measured, as is done of each pose at the latest before the arm goes
   /// there.
-  Outcome<void> keep_plan(std::vector<MeasuringTarget> targets);
+  CampaignOutcome<void> keep_plan(std::vector<MeasuringTarget> targets);
 
   /// The same pose once more.
   MeasuringTarget again(MeasuringTarget target);
@@ -103,14 +95,14 @@ class MeasuringSession {
   boost::asio::awaitable<void> wait_for_operator(std::string sentence);
 
   /// Drives there without measuring; a failure is dealt with, not repeated.
-  Outcome<void> visit(JointVector q);
+  CampaignOutcome<void> visit(JointVector q);
   /// @return the point, of the first reflector that was measured, or nothing where the pose was skipped
-  Outcome<std::optional<StoredPoint>> measure(MeasuringTarget target);
+  CampaignOutcome<std::optional<StoredPoint>> measure(MeasuringTarget target);
   /// Measures all, and substitutes of those that fail. Waits where the campaign is paused.
   /// @param after_each  is run after each pose that was not replaced
   /// @return the targets that were measured, or have failed without a substitute
-  Outcome<std::vector<MeasuringTarget>> measure_all(std::vector<MeasuringTarget> targets,
-                                                    std::function<Outcome<void>()> after_each = {});
+  CampaignOutcome<std::vector<MeasuringTarget>> measure_all(
+      std::vector<MeasuringTarget> targets, std::function<CampaignOutcome<void>()> after_each = {});
   /// A fixed reflector near the arm.
   struct FixedReflector {
     int number = 0;
@@ -118,8 +110,8 @@ class MeasuringSession {
     PointPurpose purpose = PointPurpose::Nest;
   };
   /// Measures it. @return nothing if it was not seen, which is reported
-  Outcome<std::optional<StoredPoint>> measure_fixed(FixedReflector what, Eigen::Vector3d p_W_mm,
-                                                    double search_mm);
+  CampaignOutcome<std::optional<StoredPoint>> measure_fixed(FixedReflector what, Eigen::Vector3d p_W_mm,
+                                                            double search_mm);
   /// A point that the arm's TCP is to touch.
   struct Touch {
     int number = 0;
@@ -128,59 +120,34 @@ class MeasuringSession {
   };
   /// Waits until the operator has jogged the arm there, and keeps its joint positions. Asks again, and says
   /// why, where the arm still moves, has not been moved since the touch before, or cannot be asked.
-  Outcome<void> touch(Touch what);
+  CampaignOutcome<void> touch(Touch what);
   /// Of a pose, or of what is measured like one.
   int next_number() { return next_number_++; }
-  Outcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
+  CampaignOutcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
 
   /// Whether it continues where it was interrupted.
   bool resumes() const { return past_ != nullptr; }
   /// Whether what was measured is taken for good: nothing speaks against going on.
   bool has_resumed() const { return has_resumed_; }
   /// What is done before it is seen what has moved: the arm has to be as warm as it was.
-  void before_resuming(std::function<Outcome<void>()> act) { before_resuming_ = std::move(act); }
+  void before_resuming(std::function<CampaignOutcome<void>()> act) { before_resuming_ = std::move(act); }
   /// At the end of one that had nothing left to measure.
-  Outcome<void> note_resumption();
+  CampaignOutcome<void> note_resumption();
   /// Measures a point of before once more. The place where it should be now is looked at in a wide circle.
   /// @return where the tracker sees it now, in its own frame; nothing where it does not
-  Outcome<std::optional<Eigen::Vector3d>> measure_again(StoredPoint before, Eigen::Vector3d p_W_mm);
+  CampaignOutcome<std::optional<Eigen::Vector3d>> measure_again(StoredPoint before, Eigen::Vector3d p_W_mm);
   /// Keeps the hash of what was identified, or compares it with that of before.
-  Outcome<void> keep_identified(std::string sha256);
+  CampaignOutcome<void> keep_identified(std::string sha256);
 
-  /// What the job returns, which may take long. Where there is no memory for it the campaign pauses, and the
-  /// job is done once more after a resume.
-  template <typename Job>
-  boost::asio::awaitable<std::invoke_result_t<Job>> compute(Job job);
-  void report_trouble(const std::string& sentence) { observer_.on_trouble(sentence); }
-  void enter(CampaignPhase phase);
-  /// @param poses  fewer than none where some turn out not to be needed
-  void add_to_total(int poses) { progress_.total += poses; }
-  /// Takes effect before the next pose.
-  void pause();
-  void resume();
-  /// Whether it is paused for want of room in the store.
-  bool waits_for_room() const { return waits_for_room_; }
   /// The arm may have moved.
   bool has_begun() const { return begun_; }
   CellDevices::Outcome<void> stop_arm() { return devices_.stop(); }
 
-  const config::CellConfig& config() const { return config_; }
-  drivers::Clock& clock() const { return clock_; }
-  CampaignProgress progress() const;
-  CampaignResult& result() { return *result_; }
-  /// What there is so far to identify and to validate from.
-  MeasurementData data() const { return campaign_data(result_->points, config_, result_->resumptions); }
-  /// All points so far, with what nests and faces tell.
-  CorrectedPoints corrected() const {
-    return corrected_points(result_->points, config_, result_->resumptions);
-  }
-  std::shared_ptr<const CampaignResult> shared_result() const { return result_; }
-
  private:
-  Outcome<void> prove_arm();
+  CampaignOutcome<void> prove_arm();
   CellDevices::Outcome<Identities> connected_devices(const CampaignNeeds& needs);
   boost::asio::awaitable<StoreResult<void>> begin();
-  Outcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
+  CampaignOutcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
   MeasuringTarget new_substitute(const MeasuringTarget& failed, const JointVector& q);
   using Points = std::vector<StoredPoint>;
   /// @return at least one of a reflector, each with its point in face 1 behind it where it was seen in both
@@ -195,10 +162,7 @@ class MeasuringSession {
                                                   std::string smr, bool is_nest);
   bool in_two_faces(int pose) const;
   /// Where the tracker sees now what it saw at p_mm when the campaign began.
-  Eigen::Vector3d now(const Eigen::Vector3d& p_mm) const;
-  StoredPoint in_first_frame(const StoredPoint& point) const {
-    return daemon::in_first_frame(point, result_->resumptions);
-  }
+  Eigen::Vector3d now(const Eigen::Vector3d& p_mm);
 
   /// What a step came to before the interruption.
   struct Before {
@@ -212,94 +176,36 @@ class MeasuringSession {
   /// Why the past does not follow from the plan.
   std::optional<CampaignError> contradiction(const MeasuringTarget& target) const;
   void begin_resumption(const std::string& time);
-  Outcome<void> resume_from_past();
-  std::optional<CampaignError> other_arm() const;
+  CampaignOutcome<void> resume_from_past();
+  std::optional<CampaignError> other_arm();
   /// @return the first of them
-  Outcome<StoredPoint> keep(Points points);
+  CampaignOutcome<StoredPoint> keep(Points points);
   double count_deviation(const StoredPoint& point);
   /// On the disk first: what the arm moves on from is never lost.
-  Outcome<StoredPoint> store(StoredPoint point);
-  /// Writes until the journal has it. Where there is no room, or the disk fails, the campaign pauses, and
-  /// what is to be written waits until the operator has removed the cause and resumes it.
-  template <typename T>
-  Outcome<T> journalled(std::function<boost::asio::awaitable<StoreResult<T>>()> write);
-  Outcome<void> recover(DeviceError error);
-  boost::asio::awaitable<void> wait_while_paused();
-  boost::asio::awaitable<void> pause_until_resumed(std::string sentence);
+  CampaignOutcome<StoredPoint> store(StoredPoint point);
+  CampaignOutcome<void> recover(DeviceError error);
   /// After the last attempt at a pose, which failed by `error`: pauses where so many in a row were lost.
   /// @return whether it did, and the pose is to be tried again once the operator has resumed
-  bool pause_for_losses(const MeasuringTarget& target, const DeviceError& error);
-  void count_pose_time();
-  std::optional<double> time_left_s() const;
-  void report_progress() const { observer_.on_progress(progress()); }
-  void count_error(double deviation_mm);
+  boost::asio::awaitable<bool> pause_for_losses(MeasuringTarget target, DeviceError error);
 
-  const config::CellConfig& config_;
   CellDevices devices_;
-  drivers::Clock& clock_;
   CampaignJournal& journal_;
-  CampaignObserver& observer_;
-  RunJob run_compute_;
   ArmMotion motion_;
   ReflectorSearch search_;
-  std::shared_ptr<CampaignResult> result_ = std::make_shared<CampaignResult>();
   bool in_journal_ = false;  ///< or that failed
   bool begun_ = false;       ///< the devices are known
 
   std::shared_ptr<const CampaignPast> past_;
   std::size_t past_left_ = 0;  ///< outcomes that were not taken yet
   bool has_resumed_ = false;
-  std::function<Outcome<void>()> before_resuming_;
+  std::function<CampaignOutcome<void>()> before_resuming_;
   std::set<int> in_plan_;  ///< numbers of the poses that the journal has
-
-  CampaignProgress progress_;
-  double error_sum_mm_ = 0;  ///< of this phase, since there is a good prediction
-  int error_count_ = 0;
-  std::optional<TimePoint> pose_begun_;  ///< when the pose under way was, or the last one ended
-  std::vector<double> pose_times_s_;
 
   std::shared_ptr<PoseSupply> poses_;
   int next_number_ = 1;  ///< of a pose
   int substitutes_ = 0;
   int lost_in_row_ = 0;  ///< poses that were tried for the last time and failed
   int last_lost_ = 0;    ///< the last of them
-  bool paused_ = false;
-  bool waits_for_room_ = false;
-  Signal resumed_;
 };
-
-template <typename Job>
-boost::asio::awaitable<std::invoke_result_t<Job>> MeasuringSession::compute(Job job) {
-  for (;;) {
-    try {
-      auto result = co_await result_of(run_compute_, job);
-      co_return result;
-    } catch (const std::bad_alloc&) {
-    }
-    co_await pause_until_resumed(
-        "paused: the PC has no memory for what is to be computed; end other programs, then resume the campaign");
-  }
-}
-
-template <typename T>
-MeasuringSession::Outcome<T> MeasuringSession::journalled(
-    std::function<boost::asio::awaitable<StoreResult<T>>()> write) {
-  for (;;) {
-    auto written = co_await write();
-    if (written) {
-      if constexpr (std::is_void_v<T>)
-        co_return Done{};
-      else
-        co_return *std::move(written);
-    }
-    const StoreError error = written.error();
-    observer_.on_store_failed(error);
-    if (!error.may_pass) co_return std::unexpected(store_failed(error));
-    waits_for_room_ = true;
-    co_await pause_until_resumed("paused, with the last point in memory: " + error.detail +
-                                 "; then acknowledge, and resume the campaign");
-    waits_for_room_ = false;
-  }
-}
 
 }  // namespace truepose::daemon

@@ -20,16 +20,16 @@ CampaignError not_its_own(const std::string& what) {
 }  // namespace
 
 void MeasuringSession::begin_resumption(const std::string& time) {
-  result_->resumptions = past_->resumptions;
+  result().resumptions = past_->resumptions;
   Resumption resumption{{past_->record.ended, time, {}}};
   if (!past_->resumptions.empty()) resumption.X_first_now = past_->resumptions.back().X_first_now;
   search_.set_tracker_shift(resumption.X_first_now.inverse());
-  result_->resumptions.push_back(std::move(resumption));
+  result().resumptions.push_back(std::move(resumption));
 }
 
-std::optional<CampaignError> MeasuringSession::other_arm() const {
+std::optional<CampaignError> MeasuringSession::other_arm() {
   if (!past_) return std::nullopt;
-  const std::string &begun = past_->record.robot_serial, &here = result_->identities.robot.serial;
+  const std::string &begun = past_->record.robot_serial, &here = result().identities.robot.serial;
   if (begun.empty() || begun == here) return std::nullopt;
   return CampaignError{.fault = CampaignFault::WrongArm,
                        .detail = "another arm: the campaign was begun with serial number " + begun +
@@ -37,9 +37,9 @@ std::optional<CampaignError> MeasuringSession::other_arm() const {
                        .what_to_do = "connect the arm of the campaign, or abort it"};
 }
 
-Eigen::Vector3d MeasuringSession::now(const Eigen::Vector3d& p_mm) const {
-  if (result_->resumptions.empty()) return p_mm;
-  return result_->resumptions.back().X_first_now.inverse() * p_mm;
+Eigen::Vector3d MeasuringSession::now(const Eigen::Vector3d& p_mm) {
+  if (result().resumptions.empty()) return p_mm;
+  return result().resumptions.back().X_first_now.inverse() * p_mm;
 }
 
 std::optional<CampaignError> MeasuringSession::contradiction(const MeasuringTarget& target) const {
@@ -59,8 +59,8 @@ std::optional<StoredPoint> MeasuringSession::measured_before(int number, PointPu
   std::optional<StoredPoint> first;
   for (const StoredPoint* const point : past_->points_of(number, purpose, smr)) {
     const StoredPoint* const face1 = past_->point(number, PointPurpose::Face1, point->smr);
-    if (face1 && is_pose(purpose)) result_->points.push_back(*face1);
-    result_->points.push_back(*point);
+    if (face1 && is_pose(purpose)) result().points.push_back(*face1);
+    result().points.push_back(*point);
     --past_left_;
     if (!first) first = in_first_frame(*point);
   }
@@ -69,7 +69,7 @@ std::optional<StoredPoint> MeasuringSession::measured_before(int number, PointPu
 
 std::expected<bool, CampaignError> MeasuringSession::touched_before(const Touch& what) {
   if (measured_before(what.number, PointPurpose::Frame, what.point)) {
-    ++progress_.done;
+    progress().count_done();
     return true;
   }
   if (past_left_ == 0) return false;
@@ -80,18 +80,18 @@ std::expected<bool, CampaignError> MeasuringSession::touched_before(const Touch&
 bool MeasuringSession::skipped_before(int number) {
   const SkippedPose* const skipped = past_ ? past_->skipped_pose(number) : nullptr;
   if (!skipped) return false;
-  result_->skipped.push_back(*skipped);
-  ++progress_.skipped;
+  result().skipped.push_back(*skipped);
+  progress().count_skipped();
   --past_left_;
   return true;
 }
 
 std::optional<MeasuringSession::Before> MeasuringSession::taken_before(const MeasuringTarget& target) {
-  const std::size_t taken = result_->points.size();
+  const std::size_t taken = result().points.size();
   if (const auto point = measured_before(target.pose, target.purpose)) {
-    ++progress_.done;
-    for (std::size_t i = taken; i < result_->points.size(); ++i)
-      if (is_pose(result_->points[i].purpose)) count_deviation(result_->points[i]);
+    progress().count_done();
+    for (std::size_t i = taken; i < result().points.size(); ++i)
+      if (is_pose(result().points[i].purpose)) count_deviation(result().points[i]);
     return Before{point};
   }
   if (skipped_before(target.pose)) return Before{};
@@ -99,43 +99,41 @@ std::optional<MeasuringSession::Before> MeasuringSession::taken_before(const Mea
 }
 
 /// Before the first step that was not taken yet.
-MeasuringSession::Outcome<void> MeasuringSession::resume_from_past() {
+CampaignOutcome<void> MeasuringSession::resume_from_past() {
   if (has_resumed_) co_return Done{};
-  const CampaignPhase phase = progress_.phase;
+  const CampaignPhase phase = progress().counted().phase;
   if (before_resuming_) {
     Done done = co_await before_resuming_();
     if (!done) co_return done;
   }
   auto since = co_await find_what_moved(*this);
   if (!since) co_return std::unexpected(since.error());
-  Resumption& resumption = result_->resumptions.back();
+  Resumption& resumption = result().resumptions.back();
   resumption.found = since->found;
   resumption.X_first_now = since->X_first_now;
   search_.set_tracker_shift(resumption.X_first_now.inverse());
   Done noted = co_await note_resumption();
   if (!noted) co_return noted;
-  enter(phase);
+  progress().enter(phase);
   co_return Done{};
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::note_resumption() {
+CampaignOutcome<void> MeasuringSession::note_resumption() {
   if (!past_ || has_resumed_) co_return Done{};
-  Resumption& resumption = result_->resumptions.back();
+  Resumption& resumption = result().resumptions.back();
   if (resumption.found.empty()) resumption.found = "all had been measured";
-  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, resumption] {
-    return journal_.add_resumption(resumption);
-  };
-  Done kept = co_await journalled<void>(write);
+  Done kept = co_await write(&CampaignJournal::add_resumption, resumption);
   if (!kept) co_return kept;
   has_resumed_ = true;
-  observer_.on_trouble(described(resumption));
+  progress().end_past();
+  observer().on_trouble(described(resumption));
   co_return Done{};
 }
 
-MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::measure_again(
-    StoredPoint before, Eigen::Vector3d p_W_mm) {
+CampaignOutcome<std::optional<Eigen::Vector3d>> MeasuringSession::measure_again(StoredPoint before,
+                                                                                Eigen::Vector3d p_W_mm) {
   const bool is_nest = before.purpose == PointPurpose::Nest;
-  const config::CampaignConfig& campaign = config_.campaign;
+  const config::CampaignConfig& campaign = config().campaign;
   MeasuringTarget target{.pose = before.pose,
                          .purpose = PointPurpose::Check,
                          .q_target = before.q_target,
@@ -144,13 +142,13 @@ MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::meas
                                         ? campaign.approach_deg * kRadPerDeg
                                         : approach_way_rad(campaign, before.pose),
                          .q_from = {}};
-  const double search_mm = is_nest ? config_.tracker.first_search_radius_mm : search_.clear_radius_mm();
+  const double search_mm = is_nest ? config().tracker.first_search_radius_mm : search_.clear_radius_mm();
   CellDevices::MeasureRequest request{.p_W_mm = p_W_mm,
                                       .search_mm = search_mm,
                                       .gate_mm = search_mm,
                                       .two_face = !is_nest && in_two_faces(before.pose)};
   for (int n = 0; n <= campaign.retries; ++n) {
-    co_await wait_while_paused();
+    co_await pause().wait();
     auto seen = co_await attempt_again(target, request, before.smr, is_nest);
     if (seen) {
       seen->pose = before.pose;
@@ -160,8 +158,8 @@ MeasuringSession::Outcome<std::optional<Eigen::Vector3d>> MeasuringSession::meas
       if (!stored) co_return std::unexpected(stored.error());
       co_return *stored->p_WS_mm;
     }
-    observer_.on_trouble((is_nest ? before.smr : "pose " + std::to_string(before.pose)) +
-                         ", measured again: " + seen.error().detail);
+    observer().on_trouble((is_nest ? before.smr : "pose " + std::to_string(before.pose)) +
+                          ", measured again: " + seen.error().detail);
     Done recovered = co_await recover(seen.error());
     if (!recovered) co_return std::unexpected(recovered.error());
   }
@@ -182,18 +180,15 @@ CellDevices::Outcome<StoredPoint> MeasuringSession::attempt_again(MeasuringTarge
   co_return point_at(target, *reached, measured->point, smr);
 }
 
-MeasuringSession::Outcome<void> MeasuringSession::keep_identified(std::string sha256) {
+CampaignOutcome<void> MeasuringSession::keep_identified(std::string sha256) {
   if (past_ && !past_->plan.identified.empty()) {
     if (past_->plan.identified != sha256)
-      observer_.on_trouble(
+      observer().on_trouble(
           "the identification, made again from the same points, differs in its last digits: it was made by "
           "another version or on another processor");
     co_return Done{};
   }
-  const std::function<asio::awaitable<StoreResult<void>>()> write = [this, sha256] {
-    return journal_.add_identified(sha256);
-  };
-  Done kept = co_await journalled<void>(write);
+  Done kept = co_await write(&CampaignJournal::add_identified, sha256);
   co_return kept;
 }
 

@@ -6,7 +6,7 @@
 
 namespace truepose::daemon {
 
-MeasuringSession::Outcome<void> MeasuringSession::touch(Touch what) {
+CampaignOutcome<void> MeasuringSession::touch(Touch what) {
   if (past_) {
     const auto before = touched_before(what);
     if (!before) co_return std::unexpected(before.error());
@@ -29,16 +29,16 @@ MeasuringSession::Outcome<void> MeasuringSession::touch(Touch what) {
   }
   auto stored = co_await store(std::move(point));
   if (!stored) co_return std::unexpected(stored.error());
-  ++progress_.done;
-  observer_.on_point(*stored, 0, progress());
+  progress().count_done();
+  observer().on_point(*stored, 0, progress().now());
   co_return Done{};
 }
 
 /// Who resumes twice has not touched twice.
 CellDevices::Outcome<JointVector> MeasuringSession::jogged_to() {
   auto q = co_await devices_.standstill();
-  if (!q || result_->points.empty()) co_return q;
-  const StoredPoint& before = result_->points.back();
+  if (!q || result().points.empty()) co_return q;
+  const StoredPoint& before = result().points.back();
   if (!CellDevices::has_stayed(*q, before.q_actual)) co_return q;
   co_return std::unexpected(DeviceError{
       Remedy::Retry, "robot: the arm has not been moved since it touched point \"" + before.smr + "\""});

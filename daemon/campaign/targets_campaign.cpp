@@ -57,17 +57,17 @@ TargetsCampaign::TargetsCampaign(MeasuringSession& session, TargetsOrder order)
   session_.result().findings = TargetsResult{order_.loop, order_.readings, {}};
   const int targets = order_.targets.empty() ? session_.config().campaign.validate_poses
                                              : static_cast<int>(order_.targets.size());
-  session_.add_to_total(targets * order_.loop.rounds);
+  session_.progress().add_to_total(targets * order_.loop.rounds);
 }
 
 CampaignOutcome<void> TargetsCampaign::run() {
   Done done = co_await plan();
   if (done) done = co_await prepare();
-  if (done) session_.enter(CampaignPhase::Targets);
+  if (done) session_.progress().enter(CampaignPhase::Targets);
   for (std::size_t i = 0; done && i < targets_.size(); ++i) {
-    const int before = session_.progress().left();
+    const int before = session_.progress().now().left();
     done = co_await close_in(targets_[i], starts_[i]);
-    session_.add_to_total(before - session_.progress().left() - order_.loop.rounds);
+    session_.progress().add_to_total(before - session_.progress().now().left() - order_.loop.rounds);
   }
   co_return done;
 }
@@ -89,7 +89,7 @@ CampaignOutcome<void> TargetsCampaign::plan() {
 
 /// The joints that the active model asks for, and whether the arm may go there.
 CampaignOutcome<void> TargetsCampaign::prepare() {
-  session_.enter(CampaignPhase::Compute);
+  session_.progress().enter(CampaignPhase::Compute);
   auto job = [targets = targets_, config = session_.config(), cell = order_.cell] {
     std::vector<Start> starts;
     const RobotModel& nominal = config.robot.model;

@@ -46,14 +46,14 @@ class ToolCampaign final : public CampaignProcedure {
 ToolCampaign::ToolCampaign(MeasuringSession& session, ToolOrder order)
     : session_{session}, order_{std::move(order)} {
   session_.result().findings = ToolResult{.order = order_};
-  session_.add_to_total(order_.poses * (by_hand() ? static_cast<int>(order_.points.size()) : 1));
+  session_.progress().add_to_total(order_.poses * (by_hand() ? static_cast<int>(order_.points.size()) : 1));
 }
 
 CampaignOutcome<void> ToolCampaign::run() {
-  if (!order_.assumed.empty()) session_.report_trouble(order_.assumed);
+  if (!order_.assumed.empty()) session_.observer().on_trouble(order_.assumed);
   Done done = co_await plan();
   if (!done) co_return done;
-  session_.enter(CampaignPhase::Frame);
+  session_.progress().enter(CampaignPhase::Frame);
   done = co_await nests_.measure();
   const std::size_t stages = by_hand() ? order_.points.size() : 1;
   for (std::size_t point = 0; done && point < stages; ++point) {
@@ -175,10 +175,10 @@ CampaignOutcome<void> ToolCampaign::learn_place() {
   const Eigen::Vector3d p_F_mm = cell.reflectors.front().p_FS_mm;
   session_.expect(std::move(cell));
   if (!is_new) co_return Done{};
-  session_.enter(CampaignPhase::Frame);  // from here on the deviation is from a good prediction
+  session_.progress().enter(CampaignPhase::Frame);  // from here on the deviation is from a good prediction
   const double off_mm = (p_F_mm - order_.by.cell.reflectors.front().p_FS_mm).norm();
   if (known == 1 && off_mm < kSameReflector_mm)
-    session_.report_trouble(formatted(
+    session_.observer().on_trouble(formatted(
         "the reflector is within %.2f mm of the place that it was calibrated with: see that it sits at the tool",
         off_mm));
   co_return Done{};
@@ -192,7 +192,7 @@ FrameReadings ToolCampaign::readings() {
 }
 
 CampaignOutcome<void> ToolCampaign::evaluate() {
-  session_.enter(CampaignPhase::Compute);
+  session_.progress().enter(CampaignPhase::Compute);
   ToolResult result{.order = order_, .data = readings()};
   const bool needs_spread = order_.poses >= kFewestOrientations && !is_turned(result.data);
   const std::string why =

@@ -1,34 +1,36 @@
-// How far a campaign is, and how long it will take.
+#include "daemon/campaign/progress_counter.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/campaign/measuring_session.hpp"
-
 namespace truepose::daemon {
 
-void MeasuringSession::enter(CampaignPhase phase) {
-  progress_.phase = phase;
+void ProgressCounter::enter(CampaignPhase phase) {
+  counted_.phase = phase;
   error_sum_mm_ = 0;
   error_count_ = 0;
-  report_progress();
+  report();
 }
 
-void MeasuringSession::count_error(double deviation_mm) {
+void ProgressCounter::count_error(double deviation_mm) {
   error_sum_mm_ += deviation_mm;
-  progress_.error_mm = error_sum_mm_ / ++error_count_;
+  counted_.error_mm = error_sum_mm_ / ++error_count_;
 }
 
-void MeasuringSession::count_pose_time() {
-  const TimePoint now = clock_.now();
+void ProgressCounter::begin_pose() {
+  if (!pose_begun_) pose_begun_ = clock_.now();
+}
+
+void ProgressCounter::end_pose() {
+  const drivers::TimePoint now = clock_.now();
   if (pose_begun_) pose_times_s_.push_back(std::chrono::duration<double>(now - *pose_begun_).count());
   pose_begun_ = now;
 }
 
-CampaignProgress MeasuringSession::progress() const {
-  CampaignProgress now = progress_;
+CampaignProgress ProgressCounter::now() const {
+  CampaignProgress now = counted_;
   now.time_left_s = time_left_s();
-  if (!past_ || has_resumed_) return now;
+  if (!past_) return now;
   // What it will take from its past once it has the devices, it has done.
   now.done = std::max(now.done, past_->poses_done());
   now.skipped = std::max(now.skipped, static_cast<int>(past_->skipped.size()));
@@ -38,8 +40,8 @@ CampaignProgress MeasuringSession::progress() const {
 
 /// By the median, so that a pose that waited for a device does not count; of the present one what is left of
 /// that, or what it has taken beyond.
-std::optional<double> MeasuringSession::time_left_s() const {
-  const int left = progress_.left();
+std::optional<double> ProgressCounter::time_left_s() const {
+  const int left = counted_.left();
   if (pose_times_s_.empty() || left <= 0) return pose_times_s_.empty() ? std::nullopt : std::optional{0.0};
   std::vector<double> times_s = pose_times_s_;
   const auto middle = times_s.begin() + static_cast<std::ptrdiff_t>(times_s.size() / 2);
