@@ -71,8 +71,7 @@ CampaignOutcome<void> BaseCampaign::read(std::size_t point) {
   std::string sentence = request(point);
   co_await session_.wait_for_operator(sentence);
   for (int n = 0; n < order_.readings;) {
-    const MeasuringSession::FixedReflector reflector{session_.next_number(), wanted.point.name,
-                                                     PointPurpose::Frame};
+    const FixedReflector reflector{session_.plan().next_number(), wanted.point.name, PointPurpose::Frame};
     auto seen = co_await session_.measure_fixed(reflector, p_W_mm, search_mm);
     if (!seen) co_return std::unexpected(seen.error());
     if (*seen) {
@@ -88,7 +87,7 @@ CampaignOutcome<void> BaseCampaign::read(std::size_t point) {
 CampaignOutcome<void> BaseCampaign::touch(std::size_t point) {
   Done done;
   for (int n = 1; done && n <= order_.readings; ++n) {
-    MeasuringSession::Touch touch{session_.next_number(), order_.points[point].point.name,
+    MeasuringSession::Touch touch{session_.plan().next_number(), order_.points[point].point.name,
                                   touch_request(point, n)};
     done = co_await session_.touch(std::move(touch));
   }

@@ -67,7 +67,7 @@ CampaignOutcome<void> CalibrationCampaign::run() {
   Done done = co_await plan();
   // One that continues is warmed up where it does.
   session_.before_resuming([this] { return warm_up(); });
-  if (done && !session_.resumes()) done = co_await warm_up();
+  if (done && !session_.past().resumes()) done = co_await warm_up();
   if (done) done = co_await measure_to_identify();
   if (done) done = co_await measure_to_validate();
   if (done) done = co_await identify();
@@ -80,17 +80,18 @@ CampaignOutcome<void> CalibrationCampaign::plan() {
   PlanOptions options = config::plan_options(session_.config(), campaign.identify_poses);
   options.first = std::min(campaign.coarse_after, campaign.identify_poses);
   options.validate = campaign.validate_poses;
-  Done done = co_await session_.plan(config::rough_cell(session_.config()), options, Reflectors::All);
+  Done done =
+      co_await session_.plan().choose(config::rough_cell(session_.config()), options, Reflectors::All);
   if (!done) co_return done;
-  const MeasurementPlan& plan = session_.planned();
+  const MeasurementPlan& plan = session_.plan().chosen();
   for (const JointVector& q : plan.poses)
-    identify_.push_back(session_.new_target(PointPurpose::Identify, q, Replacement::Informative));
+    identify_.push_back(session_.plan().new_target(PointPurpose::Identify, q, Replacement::Informative));
   for (const JointVector& q : plan.validate)
-    validate_.push_back(session_.new_target(PointPurpose::Validate, q, Replacement::Near));
+    validate_.push_back(session_.plan().new_target(PointPurpose::Validate, q, Replacement::Near));
   if (plan.reference) add_reference(*plan.reference);
   Targets all = identify_;
   all.insert(all.end(), validate_.begin(), validate_.end());
-  done = co_await session_.keep_plan(std::move(all));
+  done = co_await session_.plan().keep(std::move(all));
   co_return done;
 }
 
@@ -109,7 +110,7 @@ void CalibrationCampaign::add_reference(const JointVector& q) {
 
 /// Always come to from the same side: play of the joints is no drift.
 MeasuringTarget CalibrationCampaign::reference(const JointVector& q) {
-  MeasuringTarget target = session_.new_target(PointPurpose::Reference, q);
+  MeasuringTarget target = session_.plan().new_target(PointPurpose::Reference, q);
   target.way_rad = session_.config().campaign.approach_deg * kRadPerDeg;
   return target;
 }
@@ -163,15 +164,14 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
   auto measured = co_await session_.measure_all(validate_, after_each);
   if (!measured) co_return std::unexpected(measured.error());
   validate_ = *std::move(measured);
-  const auto& last_reference = session_.planned().reference;
+  const auto& last_reference = session_.plan().chosen().reference;
   if (last_reference && !validate_.empty()) {
     // What moved while it was validated shows as well.
     session_.progress().add_to_total(1);
     auto visited = co_await session_.measure(reference(*last_reference));
     if (!visited) co_return std::unexpected(visited.error());
   }
-  Done seen = co_await nests_.measure();
-  co_return seen;
+  co_return co_await nests_.measure();
 }
 
 /// Base and reflector from the points so far, with the nominal arm: from now on the tracker knows where to
@@ -202,7 +202,7 @@ CampaignOutcome<void> CalibrationCampaign::fit_placement() {
   // A fit from few points is good where they are, and less so elsewhere.
   const int to_identify = count_poses(session_.data().points);
   const bool few = to_identify < 2 * session_.config().campaign.coarse_after;
-  session_.expect(cell, few ? 2 : 1);
+  session_.search().expect(cell, few ? 2 : 1);
   co_return Done{};
 }
 
@@ -217,10 +217,10 @@ CampaignOutcome<void> CalibrationCampaign::identify() {
   if (!result) co_return std::unexpected(CampaignError{CampaignFault::Calibration, result.error()});
   found() = *std::move(result);
   found().elapsed_s = std::chrono::duration<double>(session_.clock().now() - begun).count();
-  Done kept = co_await session_.keep_identified(hash_of(found().calibration));
+  Done kept = co_await session_.past().keep_identified(hash_of(found().calibration));
   if (!kept) co_return kept;
   report_doubts();
-  session_.expect(found().calibration.cell);
+  session_.search().expect(found().calibration.cell);
   co_return Done{};
 }
 
@@ -259,9 +259,9 @@ CampaignOutcome<void> CalibrationCampaign::remeasure() {
 CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() {
   Targets targets = validate_;
   for (MeasuringTarget& target : targets) {
-    target = session_.new_target(PointPurpose::Remeasure, target.q_target);
+    target = session_.plan().new_target(PointPurpose::Remeasure, target.q_target);
   }
-  auto job = [targets, config = session_.config(), expected = session_.expected()] {
+  auto job = [targets, config = session_.config(), expected = session_.search().expected()] {
     std::vector<TargetCompensation::Result> results;
     const RobotModel& nominal = config.robot.model;
     for (const MeasuringTarget& target : targets) {
@@ -291,7 +291,7 @@ CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() 
     targets[i].q_commanded = solved[i]->q;
     reachable.push_back(targets[i]);
   }
-  Done kept = co_await session_.keep_plan(reachable);
+  Done kept = co_await session_.plan().keep(reachable);
   if (!kept) co_return std::unexpected(kept.error());
   co_return reachable;
 }

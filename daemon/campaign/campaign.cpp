@@ -38,13 +38,13 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
   }
   if (aborting_) {
     error = CampaignError{CampaignFault::Aborted, abort_reason_, interrupting_};
-    auto stopped = co_await session_.stop_arm();
+    auto stopped = co_await session_.devices().stop();
     if (!stopped && session_.has_begun())
       error->detail += "; the arm could not be braked and may still move, use the stop on the pendant: " +
                        stopped.error().detail;
   }
   // What was measured before is as good as it was.
-  if (error && !aborting_ && session_.resumes() && !session_.has_resumed()) {
+  if (error && !aborting_ && session_.past().resumes() && !session_.past().has_resumed()) {
     error->detail = "it did not resume: " + error->detail;
     error->interrupted = true;
   }
@@ -57,7 +57,7 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
 CampaignOutcome<void> Campaign::steps() {
   Done done = co_await session_.connect(procedure_->needs());
   if (done) done = co_await procedure_->run();
-  if (done) done = co_await session_.note_resumption();
+  if (done) done = co_await session_.past().note_resumption();
   if (done) session_.progress().enter(CampaignPhase::Finish);
   co_return done;
 }

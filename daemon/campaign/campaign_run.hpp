@@ -37,12 +37,18 @@ class CampaignRun {
   CampaignPause& pause() { return pause_; }
 
   CampaignResult& result() { return *result_; }
+  const CampaignResult& result() const { return *result_; }
   std::shared_ptr<const CampaignResult> shared_result() const { return result_; }
   /// What there is so far to identify and to validate from.
   MeasurementData data() const { return campaign_data(result_->points, config_, result_->resumptions); }
   /// All points so far, with what nests and faces show.
   CorrectedPoints corrected() const {
     return corrected_points(result_->points, config_, result_->resumptions);
+  }
+  /// Pose of the frame in which the tracker stood when the campaign began in the one of now.
+  Eigen::Isometry3d X_now_first() const {
+    const std::vector<Resumption>& resumptions = result_->resumptions;
+    return resumptions.empty() ? Eigen::Isometry3d::Identity() : resumptions.back().X_first_now.inverse();
   }
   /// The point as the tracker would have seen it when the campaign began.
   StoredPoint in_first_frame(const StoredPoint& point) const {

@@ -27,7 +27,7 @@ class DriftCampaign final : public CampaignProcedure {
 }  // namespace
 
 DriftCampaign::DriftCampaign(MeasuringSession& session, DriftOrder order) : session_{session} {
-  session_.expect(order.reference.cell, kReach);
+  session_.search().expect(order.reference.cell, kReach);
   session_.progress().add_to_total(session_.config().campaign.drift_poses);
   session_.result().findings = DriftResult{.order = std::move(order)};
 }
@@ -49,14 +49,14 @@ CampaignOutcome<void> DriftCampaign::plan() {
   options.criterion = DesignCriterion::D;
   options.reference_every = 0;
   CalibratedCell cell = config::rough_cell(config);
-  cell.base = session_.expected().base;
-  cell.reflectors = session_.expected().reflectors;
-  Done done = co_await session_.plan(cell, options);
+  cell.base = session_.search().expected().base;
+  cell.reflectors = session_.search().expected().reflectors;
+  Done done = co_await session_.plan().choose(cell, options);
   if (!done) co_return done;
   const bool update = session_.result().as<DriftResult>().order.update;
   const PointPurpose purpose = update ? PointPurpose::Identify : PointPurpose::Validate;
-  for (const JointVector& q : session_.planned().poses)
-    targets_.push_back(session_.new_target(purpose, q, Replacement::Informative));
+  for (const JointVector& q : session_.plan().chosen().poses)
+    targets_.push_back(session_.plan().new_target(purpose, q, Replacement::Informative));
   co_return done;
 }
 

@@ -87,7 +87,7 @@ InterruptionCheck::InterruptionCheck(MeasuringSession& session)
     const StoredPoint at_first = in_first_frame(point, session_.result().resumptions);
     if (point.purpose == PointPurpose::Nest) nests[point.smr] = at_first;
     touched_ = touched_ || !point.p_WS_mm;
-    if (is_pose(point.purpose) && session_.has_reflector(point.smr)) poses.push_back(at_first);
+    if (is_pose(point.purpose) && session_.search().is_there(point.smr)) poses.push_back(at_first);
   }
   poses_ = spread(std::move(poses));
   for (const auto& [name, nest] : nests) nests_.push_back(nest);
@@ -222,8 +222,7 @@ std::string InterruptionCheck::finding_text() const {
 
 CampaignOutcome<SinceInterruption> find_what_moved(MeasuringSession& session) {
   InterruptionCheck check{session};
-  auto since = co_await check.run();
-  co_return since;
+  co_return co_await check.run();
 }
 
 }  // namespace truepose::daemon

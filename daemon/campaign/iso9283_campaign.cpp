@@ -52,7 +52,7 @@ class Iso9283Campaign final : public CampaignProcedure {
 
 Iso9283Campaign::Iso9283Campaign(MeasuringSession& session, Iso9283Order order)
     : session_{session}, order_{std::move(order)} {
-  if (order_.cell) session_.expect(*order_.cell);
+  if (order_.cell) session_.search().expect(*order_.cell);
   session_.result().findings = Iso9283Test{};
   const std::size_t stops = kPoints + (order_.variation ? kApproaches : 0);
   session_.progress().add_to_total(static_cast<int>(stops) * order_.cycles);
@@ -70,7 +70,7 @@ CampaignOutcome<void> Iso9283Campaign::plan() {
   PlanOptions options = config::plan_options(config, config.campaign.drift_poses);
   options.reference_every = 0;
   const CalibratedCell cell = order_.cell ? known_cell(config, *order_.cell) : config::rough_cell(config);
-  Done done = co_await session_.plan(cell, options);
+  Done done = co_await session_.plan().choose(cell, options);
   if (!done) co_return done;
 
   Scene scene = config::scene_of(config);
@@ -157,7 +157,7 @@ CampaignOutcome<void> Iso9283Campaign::measure_cycles() {
   Done done = co_await session_.visit(stops_.back().q_commanded);
   for (int cycle = 0; done && cycle < order_.cycles; ++cycle) {
     for (std::size_t i = 0; done && i < stops_.size(); ++i) {
-      auto point = co_await session_.measure(session_.again(target_of(stops_[i])));
+      auto point = co_await session_.measure(session_.plan().again(target_of(stops_[i])));
       if (!point) done = std::unexpected(point.error());
     }
   }

@@ -32,7 +32,7 @@ class ReflectorSearch {
   bool is_there(std::string_view name) const { return !one_ || names_[*one_] == name; }
   /// Says where they are to be looked for from now on.
   /// @param reach  by which the configured search radius and gate are multiplied
-  void expect(CalibratedCell cell, double reach);
+  void expect(CalibratedCell cell, double reach = 1);
   /// Says that the tracker no longer stands where `expect` has it, or not as the cell file says.
   /// @param X_now_first  pose of its frame of then in the one of now
   void set_tracker_shift(const Eigen::Isometry3d& X_now_first);

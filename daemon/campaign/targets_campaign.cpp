@@ -53,7 +53,7 @@ class TargetsCampaign final : public CampaignProcedure {
 
 TargetsCampaign::TargetsCampaign(MeasuringSession& session, TargetsOrder order)
     : session_{session}, order_{std::move(order)} {
-  session_.expect(order_.cell);
+  session_.search().expect(order_.cell);
   session_.result().findings = TargetsResult{order_.loop, order_.readings, {}};
   const int targets = order_.targets.empty() ? session_.config().campaign.validate_poses
                                              : static_cast<int>(order_.targets.size());
@@ -77,11 +77,11 @@ CampaignOutcome<void> TargetsCampaign::plan() {
   PlanOptions options = config::plan_options(config, config.campaign.drift_poses);
   options.reference_every = 0;
   if (order_.targets.empty()) options.validate = config.campaign.validate_poses;
-  Done done = co_await session_.plan(known_cell(config, order_.cell), options);
+  Done done = co_await session_.plan().choose(known_cell(config, order_.cell), options);
   if (!done) co_return done;
-  if (order_.targets.empty()) order_.targets = session_.planned().validate;
+  if (order_.targets.empty()) order_.targets = session_.plan().chosen().validate;
   for (const JointVector& q : order_.targets) {
-    targets_.push_back(session_.new_target(PointPurpose::Target, q));
+    targets_.push_back(session_.plan().new_target(PointPurpose::Target, q));
     targets_.back().readings = order_.readings;
   }
   co_return done;
@@ -113,23 +113,19 @@ CampaignOutcome<void> TargetsCampaign::prepare() {
   std::vector<MeasuringTarget> kept = targets_;
   for (std::size_t i = 0; i < kept.size(); ++i)
     if (starts_[i].refusal.empty()) kept[i].q_commanded = starts_[i].q;
-  Done done = co_await session_.keep_plan(std::move(kept));
-  co_return done;
+  co_return co_await session_.plan().keep(std::move(kept));
 }
 
 CampaignOutcome<void> TargetsCampaign::close_in(MeasuringTarget target, Start start) {
   std::vector<TargetOutcome>& outcomes = session_.result().as<TargetsResult>().targets;
   outcomes.push_back({.q_target = target.q_target, .reason = start.refusal});
   TargetOutcome& outcome = outcomes.back();
-  if (!start.refusal.empty()) {
-    Done skipped = co_await session_.skip(target, 0, start.refusal);
-    co_return skipped;
-  }
+  if (!start.refusal.empty()) co_return co_await session_.skip(target, 0, start.refusal);
   const CalibratedCell asked = known_cell(session_.config(), order_.cell);
   TrackerLoop loop{order_.cell, asked.predict(target.q_target, 0), start.q, order_.loop};
   MeasuringTarget round = target;
   while (!loop.end()) {
-    if (!loop.errors_mm().empty()) round = session_.again(round);
+    if (!loop.errors_mm().empty()) round = session_.plan().again(round);
     round.q_commanded = loop.q();
     auto point = co_await session_.measure(round);
     if (!point) co_return std::unexpected(point.error());

@@ -71,15 +71,15 @@ CampaignOutcome<void> ToolCampaign::plan() {
   options.by_orientation = true;
   options.reference_every = 0;
   const Reflectors reflectors = order_.together ? Reflectors::All : Reflectors::First;
-  Done done = co_await session_.plan(config::rough_cell(config), options, reflectors);
+  Done done = co_await session_.plan().choose(config::rough_cell(config), options, reflectors);
   if (!done) co_return done;
-  std::vector<JointVector> poses = session_.planned().poses;
+  std::vector<JointVector> poses = session_.plan().chosen().poses;
   // Of one that continues, what came up on the way follows.
   poses.resize(std::min(poses.size(), static_cast<std::size_t>(order_.poses)));
   for (const JointVector& q : poses)
-    targets_.push_back(session_.new_target(PointPurpose::Frame, q, Replacement::Near));
+    targets_.push_back(session_.plan().new_target(PointPurpose::Frame, q, Replacement::Near));
   if (order_.poses >= kFewestOrientations) done = judge_orientations();
-  if (done) done = co_await session_.keep_plan(targets_);
+  if (done) done = co_await session_.plan().keep(targets_);
   co_return done;
 }
 
@@ -99,7 +99,7 @@ Done ToolCampaign::judge_orientations() const {
 /// Waits for the hand that puts it there. The poses are the same for all points, which are next to each
 /// other.
 CampaignOutcome<void> ToolCampaign::put_reflector_at(std::size_t point) {
-  session_.reflector_is_at(point);
+  session_.search().look_for_single(point);
   if (point == 0) co_return Done{};
   const std::string sentence = "put the reflector at point \"" + order_.points[point].point.name +
                                "\" of tool " + std::to_string(order_.number) +
@@ -107,14 +107,13 @@ CampaignOutcome<void> ToolCampaign::put_reflector_at(std::size_t point) {
   co_await session_.wait_for_operator(sentence);
   // Only the positions of the points before it are known.
   const config::TrackerConfig& tracker = session_.config().tracker;
-  CalibratedCell cell = session_.expected();
+  CalibratedCell cell = session_.search().expected();
   if (order_.points[point].p_F_mm == order_.points.front().p_F_mm)
     cell.reflectors[point].p_FS_mm = cell.reflectors.front().p_FS_mm;
-  session_.expect(std::move(cell), tracker.first_search_radius_mm / tracker.search_radius_mm);
+  session_.search().expect(std::move(cell), tracker.first_search_radius_mm / tracker.search_radius_mm);
   for (MeasuringTarget& target : targets_)
-    target = session_.new_target(PointPurpose::Frame, target.q_target, Replacement::Near);
-  Done kept = co_await session_.keep_plan(targets_);
-  co_return kept;
+    target = session_.plan().new_target(PointPurpose::Frame, target.q_target, Replacement::Near);
+  co_return co_await session_.plan().keep(targets_);
 }
 
 CampaignOutcome<void> ToolCampaign::measure() {
@@ -173,7 +172,7 @@ CampaignOutcome<void> ToolCampaign::learn_place() {
     if (places[i]) cell.reflectors[i].p_FS_mm = *places[i];
   const bool is_new = std::exchange(known_, known) != known;
   const Eigen::Vector3d p_F_mm = cell.reflectors.front().p_FS_mm;
-  session_.expect(std::move(cell));
+  session_.search().expect(std::move(cell));
   if (!is_new) co_return Done{};
   session_.progress().enter(CampaignPhase::Frame);  // from here on the deviation is from a good prediction
   const double off_mm = (p_F_mm - order_.by.cell.reflectors.front().p_FS_mm).norm();
