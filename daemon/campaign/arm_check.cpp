@@ -1,7 +1,5 @@
 #include "daemon/campaign/arm_check.hpp"
 
-#include <algorithm>
-
 #include "core/formatted.hpp"
 
 namespace truepose::daemon {

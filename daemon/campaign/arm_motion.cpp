@@ -60,8 +60,7 @@ CellDevices::Outcome<JointVector> ArmMotion::arrive(JointVector q, double way_ra
     auto start = co_await drive(approach_start(robot_, q, way_rad));
     if (!start) co_return start;
   }
-  auto reached = co_await drive(q);
-  co_return reached;
+  co_return co_await drive(q);
 }
 
 }  // namespace truepose::daemon

@@ -68,29 +68,24 @@ CampaignOutcome<void> BaseCampaign::read(std::size_t point) {
   const FixturePoint& wanted = order_.points[point];
   const Eigen::Vector3d p_W_mm = order_.by.cell.base.isometry() * wanted.p_B_mm;
   const double search_mm = session_.config().tracker.first_search_radius_mm;
-  std::string sentence = request(point);
-  co_await session_.wait_for_operator(sentence);
+  co_await session_.wait_for_operator(request(point));
   for (int n = 0; n < order_.readings;) {
     const FixedReflector reflector{session_.plan().next_number(), wanted.point.name, PointPurpose::Frame};
     auto seen = co_await session_.measure_fixed(reflector, p_W_mm, search_mm);
     if (!seen) co_return std::unexpected(seen.error());
-    if (*seen) {
+    if (*seen)
       ++n;
-      continue;
-    }
-    sentence = "the tracker did not see it: " + request(point);
-    co_await session_.wait_for_operator(sentence);
+    else
+      co_await session_.wait_for_operator("the tracker did not see it: " + request(point));
   }
   co_return Done{};
 }
 
 CampaignOutcome<void> BaseCampaign::touch(std::size_t point) {
   Done done;
-  for (int n = 1; done && n <= order_.readings; ++n) {
-    MeasuringSession::Touch touch{session_.plan().next_number(), order_.points[point].point.name,
-                                  touch_request(point, n)};
-    done = co_await session_.touch(std::move(touch));
-  }
+  for (int n = 1; done && n <= order_.readings; ++n)
+    done = co_await session_.touch(session_.plan().next_number(), order_.points[point].point.name,
+                                   touch_request(point, n));
   co_return done;
 }
 

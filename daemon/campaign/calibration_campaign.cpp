@@ -4,13 +4,12 @@
 
 #include "config/cell_setup.hpp"
 #include "config/model_file.hpp"
-#include "core/arm/forward.hpp"
-#include "core/compensate/target_compensation.hpp"
 #include "core/formatted.hpp"
 #include "core/math/units.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/identification.hpp"
 #include "daemon/campaign/nest_watch.hpp"
+#include "daemon/campaign/stored_model.hpp"
 #include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
@@ -19,10 +18,8 @@ namespace {
 
 /// By which an identification is known again, to the last digit.
 std::string hash_of(const Calibration& calibration) {
-  config::ModelFile file;
-  file.cell = calibration.cell;
-  file.parameters = calibration.parameters;
-  file.covariance = calibration.covariance;
+  const config::ModelFile file{
+      .cell = calibration.cell, .parameters = calibration.parameters, .covariance = calibration.covariance};
   return text::sha256_hex(config::model_yaml(file));
 }
 
@@ -91,8 +88,7 @@ CampaignOutcome<void> CalibrationCampaign::plan() {
   if (plan.reference) add_reference(*plan.reference);
   Targets all = identify_;
   all.insert(all.end(), validate_.begin(), validate_.end());
-  done = co_await session_.plan().keep(std::move(all));
-  co_return done;
+  co_return co_await session_.plan().keep(std::move(all));
 }
 
 /// Puts measurements of the reference pose before the first pose to identify, after every so many, and last.
@@ -139,9 +135,8 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
     if (done && poses >= session_.config().campaign.coarse_after) done = co_await fit_placement();
     co_return done;
   };
-  auto measured = co_await session_.measure_all(identify_, after_each);
-  if (!measured) co_return std::unexpected(measured.error());
-  co_return Done{};
+  Targets targets = identify_;  // warmed up is by those that were planned
+  co_return co_await session_.measure_all(targets, after_each);
 }
 
 /// Once so many poses were lost that no fit can succeed any more, there is nothing to continue for.
@@ -161,9 +156,8 @@ std::optional<CampaignError> CalibrationCampaign::too_few_left(std::size_t targe
 CampaignOutcome<void> CalibrationCampaign::measure_to_validate() {
   session_.progress().enter(CampaignPhase::Validate);
   const auto after_each = [this] { return nests_.after_pose(); };
-  auto measured = co_await session_.measure_all(validate_, after_each);
-  if (!measured) co_return std::unexpected(measured.error());
-  validate_ = *std::move(measured);
+  Done done = co_await session_.measure_all(validate_, after_each);
+  if (!done) co_return done;
   const auto& last_reference = session_.plan().chosen().reference;
   if (last_reference && !validate_.empty()) {
     // What moved while it was validated shows as well.
@@ -246,10 +240,9 @@ CampaignOutcome<void> CalibrationCampaign::remeasure() {
   if (!compensated) co_return std::unexpected(compensated.error());
   session_.progress().enter(CampaignPhase::Remeasure);
   const auto after_each = [this] { return nests_.after_pose(); };
-  auto measured = co_await session_.measure_all(*compensated, after_each);
-  if (!measured) co_return std::unexpected(measured.error());
-  Done seen = co_await nests_.measure();
-  if (!seen) co_return seen;
+  Done done = co_await session_.measure_all(*compensated, after_each);
+  if (done) done = co_await nests_.measure();
+  if (!done) co_return done;
   judge_remeasured();
   if (found().remeasured) co_await judge_again();
   co_return Done{};
@@ -258,18 +251,13 @@ CampaignOutcome<void> CalibrationCampaign::remeasure() {
 /// The validation poses again, now with the joints at which the real arm stands where the nominal one would.
 CampaignOutcome<CalibrationCampaign::Targets> CalibrationCampaign::compensate() {
   Targets targets = validate_;
-  for (MeasuringTarget& target : targets) {
+  for (MeasuringTarget& target : targets)
     target = session_.plan().new_target(PointPurpose::Remeasure, target.q_target);
-  }
   auto job = [targets, config = session_.config(), expected = session_.search().expected()] {
     std::vector<TargetCompensation::Result> results;
-    const RobotModel& nominal = config.robot.model;
     for (const MeasuringTarget& target : targets) {
-      const std::vector<std::int8_t> direction = approach_direction(target, nominal);
-      const TargetCompensation compensation{nominal, expected.robot,
-                                            config::compensation_options(config, direction)};
-      // Next to the wrist singularity the reflector's position is kept: it is what will be measured.
-      results.push_back(compensation.at_joints(target.q_target, expected.reflectors.front().p_FS_mm));
+      const auto directions = approach_direction(target, config.robot.model);
+      results.push_back(compensated(target.q_target, directions, config, expected));
     }
     return results;
   };

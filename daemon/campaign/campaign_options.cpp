@@ -56,16 +56,11 @@ std::string_view reason_not_resumable(const CampaignOrder& order) {
 
 std::string order_text(const CampaignOrder& order, const config::CellConfig& config, bool activate) {
   if (!reason_not_resumable(order).empty()) return {};
-  KeptOrder kept{.options = config::campaign_options(config),
-                 .nests = static_cast<int>(config.tracker.nests_mm.size()),
-                 .activate = activate,
-                 .model_id = {},
-                 .targets = {},
-                 .loop = {},
-                 .readings = 1,
-                 .tool = {},
-                 .base = {},
-                 .touching_tool = {}};
+  KeptOrder kept{
+      .options = config::campaign_options(config),
+      .nests = static_cast<int>(config.tracker.nests_mm.size()),
+      .activate = activate,
+  };
   if (const auto* targets = std::get_if<TargetsOrder>(&order)) {
     kept.model_id = targets->model_id;
     kept.targets = targets->targets;

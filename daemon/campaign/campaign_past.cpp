@@ -29,10 +29,8 @@ std::string pose_name(int pose) { return "pose " + std::to_string(pose) + " of t
 
 const StoredPoint* CampaignPast::point(int pose, PointPurpose purpose, std::string_view smr) const {
   // The last one: a point that was stored without what belongs to it is measured once more.
-  const auto found = std::find_if(points.rbegin(), points.rend(), [&](const StoredPoint& point) {
-    return point.pose == pose && point.purpose == purpose && (smr.empty() || point.smr == smr);
-  });
-  return found == points.rend() ? nullptr : &*found;
+  const auto found = points_of(pose, purpose, smr);
+  return found.empty() ? nullptr : found.back();
 }
 
 std::vector<const StoredPoint*> CampaignPast::points_of(int pose, PointPurpose purpose,

@@ -8,10 +8,6 @@
 namespace truepose::daemon {
 namespace {
 
-bool shows_arm(const StoredPoint& point) {
-  return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
-}
-
 /// Of those that were measured, `first` before all others.
 std::vector<std::string> reflector_names(const std::vector<StoredPoint>& points, const std::string& first) {
   std::vector<std::string> names;

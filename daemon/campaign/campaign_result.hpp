@@ -214,6 +214,10 @@ struct CampaignResult {
   }
 };
 
+/// Whether a model is made from it, or judged by it.
+inline bool shows_arm(const StoredPoint& point) {
+  return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
+}
 /// The points to identify and to validate from, in the order of measuring. Its reflectors are those that were
 /// measured.
 /// @param smr  the reflector that comes first, where it was measured

@@ -37,7 +37,6 @@ class CampaignRun {
   CampaignPause& pause() { return pause_; }
 
   CampaignResult& result() { return *result_; }
-  const CampaignResult& result() const { return *result_; }
   std::shared_ptr<const CampaignResult> shared_result() const { return result_; }
   /// What there is so far to identify and to validate from.
   MeasurementData data() const { return campaign_data(result_->points, config_, result_->resumptions); }

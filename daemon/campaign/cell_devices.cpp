@@ -119,8 +119,7 @@ CellDevices::Outcome<Identities> CellDevices::connect(ArmProof proof, bool with_
   auto tracker = co_await connect_tracker();
   if (!tracker) co_return std::unexpected(tracker.error());
   await(CellDevice::Tracker, {});
-  Identities identities{*std::move(robot), *std::move(tracker)};
-  co_return identities;
+  co_return Identities{*std::move(robot), *std::move(tracker)};
 }
 
 CellDevices::Outcome<void> CellDevices::recover(DeviceError lost) {
@@ -136,8 +135,7 @@ CellDevices::Outcome<void> CellDevices::recover(DeviceError lost) {
     lost = outcome.error();
     if (reported != lost.detail) on_trouble_(lost.detail + "; trying again");
     reported = lost.detail;
-    const TimePoint next = clock_.now() + kAgain;
-    co_await clock_.sleep_until(next);
+    co_await clock_.sleep_until(clock_.now() + kAgain);
   }
 }
 
@@ -154,23 +152,15 @@ CellDevices::Outcome<void> CellDevices::connect_missing(bool robot, bool tracker
 }
 
 CellDevices::Outcome<void> CellDevices::apply_remedy(Remedy remedy) {
-  if (remedy == Remedy::ReconnectTracker) {
-    auto tracker = co_await connect_tracker();
-    if (!tracker) co_return std::unexpected(tracker.error());
-    co_return std::expected<void, DeviceError>{};
-  }
-  if (remedy == Remedy::ReconnectRobot) {
-    auto robot = co_await connect_robot();
-    if (!robot) co_return std::unexpected(robot.error());
-  }
-  auto ready = co_await wait_for_robot();
-  co_return ready;
+  auto connected =
+      co_await connect_missing(remedy == Remedy::ReconnectRobot, remedy == Remedy::ReconnectTracker);
+  if (!connected || remedy == Remedy::ReconnectTracker) co_return connected;
+  co_return co_await wait_for_robot();
 }
 
 /// A robot program that does not answer stands for a reason that the state server knows.
 asio::awaitable<DeviceError> CellDevices::explained(DeviceError error) {
-  const TimePoint deadline = clock_.now() + kAnswer;
-  auto seen = co_await robot_.look(deadline);
+  auto seen = co_await robot_.look(clock_.now() + kAnswer);
   if (seen && !seen->ready) {
     error.detail = drivers::not_ready_text(seen->why_not_ready);
     error.what_to_do.clear();
@@ -179,14 +169,12 @@ asio::awaitable<DeviceError> CellDevices::explained(DeviceError error) {
 }
 
 CellDevices::Outcome<drivers::RobotIdentity> CellDevices::connect_robot(ArmProof proof) {
-  const TimePoint deadline = clock_.now() + kRobotConnect;
-  auto identity = co_await robot_.connect(deadline);
+  auto identity = co_await robot_.connect(clock_.now() + kRobotConnect);
   if (!identity) {
     auto error = co_await explained(device_error(identity.error()));
     co_return std::unexpected(std::move(error));
   }
-  const TimePoint answer = clock_.now() + kAnswer;
-  auto state = co_await robot_.state(answer);
+  auto state = co_await robot_.state(clock_.now() + kAnswer);
   if (!state) co_return std::unexpected(device_error(state.error()));
   const ControllerPose here{state->q, state->X_BF_reported};
   const bool later = proof == ArmProof::ByMotion && is_undecided(config_.robot, {&here, 1});
@@ -197,29 +185,25 @@ CellDevices::Outcome<drivers::RobotIdentity> CellDevices::connect_robot(ArmProof
 }
 
 CellDevices::Outcome<drivers::TrackerIdentity> CellDevices::connect_tracker() {
-  const TimePoint deadline = clock_.now() + kTrackerConnect;
-  auto identity = co_await tracker_.connect(deadline);
+  auto identity = co_await tracker_.connect(clock_.now() + kTrackerConnect);
   if (!identity) co_return std::unexpected(device_error(identity.error(), config_.tracker));
   co_return *std::move(identity);
 }
 
 CellDevices::Outcome<void> CellDevices::wait_for_robot() {
   for (std::string reported;;) {
-    const TimePoint deadline = clock_.now() + kAnswer;
-    auto state = co_await robot_.state(deadline);
+    auto state = co_await robot_.state(clock_.now() + kAnswer);
     if (!state) co_return std::unexpected(device_error(state.error()));
     if (state->ready) co_return std::expected<void, DeviceError>{};
     await(CellDevice::Controller, drivers::not_ready_text(state->why_not_ready));
     if (reported != state->why_not_ready) on_trouble_("robot: not ready, waiting: " + state->why_not_ready);
     reported = state->why_not_ready;
-    const TimePoint next = clock_.now() + kAgain;
-    co_await clock_.sleep_until(next);
+    co_await clock_.sleep_until(clock_.now() + kAgain);
   }
 }
 
 CellDevices::Outcome<JointVector> CellDevices::position() {
-  const TimePoint deadline = clock_.now() + kAnswer;
-  auto state = co_await robot_.state(deadline);
+  auto state = co_await robot_.state(clock_.now() + kAnswer);
   if (!state) co_return std::unexpected(device_error(state.error()));
   co_return state->q;
 }
@@ -227,10 +211,8 @@ CellDevices::Outcome<JointVector> CellDevices::position() {
 CellDevices::Outcome<JointVector> CellDevices::standstill() {
   JointVector q;
   for (int looks = 0; looks < kLooks; ++looks) {
-    const TimePoint next = clock_.now() + kBetweenLooks;
-    if (looks > 0) co_await clock_.sleep_until(next);
-    const TimePoint deadline = clock_.now() + kAnswer;
-    auto state = co_await robot_.look(deadline);
+    if (looks > 0) co_await clock_.sleep_until(clock_.now() + kBetweenLooks);
+    auto state = co_await robot_.look(clock_.now() + kAnswer);
     if (!state) co_return std::unexpected(device_error(state.error()));
     await(CellDevice::Controller, {});
     if (looks == 0) q = state->q;
@@ -246,8 +228,7 @@ bool CellDevices::has_stayed(const JointVector& q, const JointVector& before) {
 }
 
 CellDevices::Outcome<drivers::RobotState> CellDevices::ready_state() {
-  const TimePoint answer = clock_.now() + kAnswer;
-  auto state = co_await robot_.state(answer);
+  auto state = co_await robot_.state(clock_.now() + kAnswer);
   if (!state) co_return std::unexpected(device_error(state.error()));
   if (!state->ready)
     co_return std::unexpected(
@@ -258,10 +239,7 @@ CellDevices::Outcome<drivers::RobotState> CellDevices::ready_state() {
 CellDevices::Outcome<JointVector> CellDevices::drive(JointVector q) {
   auto state = co_await ready_state();
   if (!state) co_return std::unexpected(state.error());
-  drivers::MoveCommand command;
-  command.q = q;
-  command.speed_percent = config_.campaign.speed_percent;
-  command.settle = config_.campaign.settle;
+  const drivers::MoveCommand command{q, config_.campaign.speed_percent, config_.campaign.settle};
   // Twice the time at full acceleration: ramps take their share, and the override may be turned down on the
   // way.
   const double speed = command.speed_percent / 100 * std::max(state->override_percent, 1.0) / 100;
@@ -275,8 +253,7 @@ CellDevices::Outcome<JointVector> CellDevices::drive(JointVector q) {
 
 /// What the controller says of the arm that has come to q.
 CellDevices::Outcome<ControllerPose> CellDevices::pose_at(JointVector q) {
-  const TimePoint answer = clock_.now() + kAnswer;
-  auto state = co_await robot_.state(answer);
+  auto state = co_await robot_.state(clock_.now() + kAnswer);
   if (!state) co_return std::unexpected(device_error(state.error()));
   Eigen::Index worst = 0;
   const double off = (state->q - q).cwiseAbs().maxCoeff(&worst);
@@ -315,8 +292,7 @@ CellDevices::Outcome<void> CellDevices::prove_arm() {
 }
 
 CellDevices::Outcome<CellDevices::MeasureResult> CellDevices::measure(MeasureRequest request) {
-  const TimePoint aimed_by = clock_.now() + kAim;
-  auto aimed = co_await tracker_.aim(request.p_W_mm, request.search_mm, aimed_by);
+  auto aimed = co_await tracker_.aim(request.p_W_mm, request.search_mm, clock_.now() + kAim);
   if (!aimed) co_return std::unexpected(device_error(aimed.error(), config_.tracker));
   auto point = co_await readings(request.readings);
   if (!point) co_return std::unexpected(point.error());
@@ -362,15 +338,13 @@ CellDevices::Outcome<drivers::SmrPoint> CellDevices::steady_reading() {
 CellDevices::Outcome<drivers::SmrPoint> CellDevices::reading(int times) {
   const Duration time = times * config_.tracker.measure;
   tracker_.average_over(time);
-  const TimePoint measured_by = clock_.now() + time + kMeasureReserve;
-  auto point = co_await tracker_.measure(measured_by);
+  auto point = co_await tracker_.measure(clock_.now() + time + kMeasureReserve);
   if (!point) co_return std::unexpected(device_error(point.error(), config_.tracker));
   co_return *point;
 }
 
 CellDevices::Outcome<void> CellDevices::turn_over() {
-  const TimePoint turned_by = clock_.now() + kAim;
-  auto turned = co_await tracker_.turn_over(turned_by);
+  auto turned = co_await tracker_.turn_over(clock_.now() + kAim);
   if (!turned) co_return std::unexpected(device_error(turned.error(), config_.tracker));
   co_return std::expected<void, DeviceError>{};
 }
@@ -394,8 +368,7 @@ std::expected<void, DeviceError> CellDevices::check_scatter(const drivers::SmrPo
 }
 
 CellDevices::Outcome<void> CellDevices::stop() {
-  const TimePoint deadline = clock_.now() + kAnswer;
-  auto stopped = co_await robot_.stop(deadline);
+  auto stopped = co_await robot_.stop(clock_.now() + kAnswer);
   if (!stopped) co_return std::unexpected(device_error(stopped.error()));
   co_return std::expected<void, DeviceError>{};
 }

@@ -36,9 +36,8 @@ CampaignOutcome<void> DriftCampaign::run() {
   Done done = co_await plan();
   if (!done) co_return done;
   session_.progress().enter(CampaignPhase::Validate);
-  auto measured = co_await session_.measure_all(targets_);
-  if (!measured) co_return std::unexpected(measured.error());
-  done = co_await judge();
+  done = co_await session_.measure_all(targets_);
+  if (done) done = co_await judge();
   co_return done;
 }
 

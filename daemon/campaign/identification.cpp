@@ -1,6 +1,5 @@
 #include "daemon/campaign/identification.hpp"
 
-#include <algorithm>
 #include <set>
 
 #include "config/cell_setup.hpp"
@@ -11,16 +10,12 @@ namespace truepose::daemon {
 
 namespace {
 
-/// How far the reference pose is from where it was first: drift of the tracker, the base or the arm.
-std::vector<double> reference_drift_mm(const std::vector<StoredPoint>& points) {
-  std::vector<double> drift_mm;
-  const StoredPoint* first = nullptr;
-  for (const StoredPoint& point : points) {
-    if (point.purpose != PointPurpose::Reference) continue;
-    if (first == nullptr) first = &point;
-    drift_mm.push_back((*point.p_WS_mm - *first->p_WS_mm).norm());
-  }
-  return drift_mm;
+/// Where the reference pose was seen.
+std::vector<Eigen::Vector3d> references_mm(const std::vector<StoredPoint>& points) {
+  std::vector<Eigen::Vector3d> references_mm;
+  for (const StoredPoint& point : points)
+    if (point.purpose == PointPurpose::Reference) references_mm.push_back(*point.p_WS_mm);
+  return references_mm;
 }
 
 }  // namespace
@@ -38,7 +33,10 @@ std::expected<CalibrationResult, std::string> identified(const std::vector<Store
   const MeasurementData fitted = as_fitted(result.calibration, data);
   result.noise = noise_about_model(result.calibration, fitted, options.noise);
   result.validation_distances2 = validation_distances2(result.calibration, fitted, result.noise);
-  result.reference_drift_mm = reference_drift_mm(corrected_points(points, config, resumptions).points);
+  // Drift of the tracker, the base or the arm.
+  const auto references = references_mm(corrected_points(points, config, resumptions).points);
+  for (const Eigen::Vector3d& p_mm : references)
+    result.reference_drift_mm.push_back((p_mm - references.front()).norm());
   result.verdict = verdict_on(result, points, config, resumptions);
   return result;
 }
@@ -46,14 +44,11 @@ std::expected<CalibrationResult, std::string> identified(const std::vector<Store
 CalibrationVerdict verdict_on(const CalibrationResult& result, const std::vector<StoredPoint>& points,
                               const config::CellConfig& config, const std::vector<Resumption>& resumptions) {
   const CorrectedPoints corrected = corrected_points(points, config, resumptions);
-  std::vector<Eigen::Vector3d> reference_mm;
-  for (const StoredPoint& point : corrected.points)
-    if (point.purpose == PointPurpose::Reference) reference_mm.push_back(*point.p_WS_mm);
   const MeasurementData data = as_fitted(result.calibration, campaign_data(points, config, resumptions));
   return calibration_verdict({.calibration = result.calibration,
                               .data = data,
                               .stated = config::calibrate_options(config).noise,
-                              .reference_mm = reference_mm,
+                              .reference_mm = references_mm(corrected.points),
                               .remeasured = result.remeasured,
                               .task_stated = config.task.is_bounded(),
                               .further_findings = corrected.findings});

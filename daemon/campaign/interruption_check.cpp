@@ -30,7 +30,7 @@ std::string poses_text(std::size_t count) {
 class InterruptionCheck {
  public:
   explicit InterruptionCheck(MeasuringSession& session);
-  CampaignOutcome<SinceInterruption> run();
+  CampaignOutcome<void> run();
 
  private:
   CampaignOutcome<void> check_nests();
@@ -53,7 +53,7 @@ class InterruptionCheck {
   NestReadings then_, now_;          ///< of the poses that were seen again
   NestReadings nests_then_, nests_now_;
   bool nests_moved_ = false;
-  bool touched_ = false;      ///< of what the arm's TCP touched no tracker tells anything
+  bool touched_ = false;      ///< there are points that the arm's TCP touched, which no tracker sees
   std::vector<int> numbers_;  ///< of them
   std::string moved_;         ///< by how much the tracker has, in words; empty: not at all
 };
@@ -93,21 +93,24 @@ InterruptionCheck::InterruptionCheck(MeasuringSession& session)
   for (const auto& [name, nest] : nests) nests_.push_back(nest);
 }
 
-CampaignOutcome<SinceInterruption> InterruptionCheck::run() {
+CampaignOutcome<void> InterruptionCheck::run() {
+  Resumption& resumption = session_.result().resumptions.back();
   if (touched_)
-    co_return SinceInterruption{
-        X_, "the points that had been touched are kept; whether arm or fixture moved since was not checked"};
-  if (poses_.empty()) co_return SinceInterruption{X_, "nothing had been measured"};
+    resumption.found =
+        "the points that had been touched are kept; whether arm or fixture moved since was not checked";
+  else if (poses_.empty())
+    resumption.found = "nothing had been measured";
+  if (!resumption.found.empty()) co_return Done{};
   Done done = co_await check_nests();
-  if (!done) co_return std::unexpected(done.error());
-  done = co_await measure(kToCheck);
-  if (!done) co_return std::unexpected(done.error());
-  if (nests_moved_ || !agrees()) {
+  if (done) done = co_await measure(kToCheck);
+  if (done && (nests_moved_ || !agrees())) {
     done = co_await measure(kToFit);
     if (done) done = co_await judge();
-    if (!done) co_return std::unexpected(done.error());
   }
-  co_return SinceInterruption{X_, finding_text()};
+  if (!done) co_return done;
+  resumption.found = finding_text();
+  resumption.X_first_now = X_;
+  co_return done;
 }
 
 /// What seems to have moved. Where the nests stand still and the poses are too few to tell by how much,
@@ -220,7 +223,7 @@ std::string InterruptionCheck::finding_text() const {
 
 }  // namespace
 
-CampaignOutcome<SinceInterruption> find_what_moved(MeasuringSession& session) {
+CampaignOutcome<void> find_what_moved(MeasuringSession& session) {
   InterruptionCheck check{session};
   co_return co_await check.run();
 }

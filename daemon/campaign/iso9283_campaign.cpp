@@ -2,7 +2,6 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "core/compensate/target_compensation.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/stored_model.hpp"
 
@@ -131,9 +130,7 @@ std::expected<void, std::string> Iso9283Campaign::compensate() {
   const config::CellConfig& config = session_.config();
   const RobotModel& nominal = config.robot.model;
   for (Stop& stop : stops_) {
-    const TargetCompensation compensation{nominal, order_.cell->robot,
-                                          config::compensation_options(config, stop.directions)};
-    const auto solved = compensation.at_joints(stop.q_target, order_.cell->reflectors.front().p_FS_mm);
+    const auto solved = compensated(stop.q_target, stop.directions, config, *order_.cell);
     if (!solved)
       return std::unexpected(name_of(stop.point) + ", compensated: " + described(solved.error(), nominal));
     stop.q_commanded = solved->q;
@@ -142,9 +139,9 @@ std::expected<void, std::string> Iso9283Campaign::compensate() {
   return {};
 }
 
-/// Without its number.
 MeasuringTarget Iso9283Campaign::target_of(const Stop& stop) {
-  return {.purpose = PointPurpose::Cycle,
+  return {.pose = session_.plan().next_number(),
+          .purpose = PointPurpose::Cycle,
           .q_target = stop.q_target,
           .q_commanded = stop.q_commanded,
           .way_rad = approach_way_rad(session_.config().campaign, 1),
@@ -157,7 +154,7 @@ CampaignOutcome<void> Iso9283Campaign::measure_cycles() {
   Done done = co_await session_.visit(stops_.back().q_commanded);
   for (int cycle = 0; done && cycle < order_.cycles; ++cycle) {
     for (std::size_t i = 0; done && i < stops_.size(); ++i) {
-      auto point = co_await session_.measure(session_.plan().again(target_of(stops_[i])));
+      auto point = co_await session_.measure(target_of(stops_[i]));
       if (!point) done = std::unexpected(point.error());
     }
   }

@@ -58,19 +58,14 @@ asio::awaitable<void> MeasuringSession::wait_for_operator(std::string sentence) 
 CampaignOutcome<void> MeasuringSession::resume_from_past() {
   if (!past_.resumes() || past_.has_resumed()) co_return Done{};
   const CampaignPhase phase = progress().counted().phase;
-  if (before_resuming_) {
-    Done done = co_await before_resuming_();
-    if (!done) co_return done;
-  }
-  auto since = co_await find_what_moved(*this);
-  if (!since) co_return std::unexpected(since.error());
-  Resumption& resumption = result().resumptions.back();
-  resumption.found = since->found;
-  resumption.X_first_now = since->X_first_now;
+  Done done;
+  if (before_resuming_) done = co_await before_resuming_();
+  if (done) done = co_await find_what_moved(*this);
+  if (!done) co_return done;
   search().set_tracker_shift(X_now_first());
-  Done noted = co_await past_.note_resumption();
-  if (noted) progress().enter(phase);
-  co_return noted;
+  done = co_await past_.note_resumption();
+  if (done) progress().enter(phase);
+  co_return done;
 }
 
 CampaignOutcome<void> MeasuringSession::visit(JointVector q) {
@@ -80,8 +75,8 @@ CampaignOutcome<void> MeasuringSession::visit(JointVector q) {
   co_return co_await devices_.recover(reached.error());
 }
 
-CampaignOutcome<std::vector<MeasuringTarget>> MeasuringSession::measure_all(
-    std::vector<MeasuringTarget> targets, std::function<CampaignOutcome<void>()> after_each) {
+CampaignOutcome<void> MeasuringSession::measure_all(std::vector<MeasuringTarget>& targets,
+                                                    std::function<CampaignOutcome<void>()> after_each) {
   for (std::size_t i = 0; i < targets.size();) {
     auto point = co_await measure(targets[i]);
     if (!point) co_return std::unexpected(point.error());
@@ -95,11 +90,11 @@ CampaignOutcome<std::vector<MeasuringTarget>> MeasuringSession::measure_all(
     }
     if (after_each) {
       Done done = co_await after_each();
-      if (!done) co_return std::unexpected(done.error());
+      if (!done) co_return done;
     }
     ++i;
   }
-  co_return targets;
+  co_return Done{};
 }
 
 CampaignOutcome<std::optional<StoredPoint>> MeasuringSession::measure(MeasuringTarget target) {
@@ -173,10 +168,8 @@ CampaignOutcome<void> MeasuringSession::skip(MeasuringTarget target, int attempt
   result().skipped.push_back(skipped);
   progress().count_skipped();
   progress().end_pose();
-  StoredPoint wanted;
-  wanted.pose = target.pose;
-  wanted.purpose = target.purpose;
-  wanted.smr = search().names_at(target.q_commanded, target.purpose);
+  const std::string smr = search().names_at(target.q_commanded, target.purpose);
+  const StoredPoint wanted{.pose = target.pose, .purpose = target.purpose, .smr = smr};
   observer().on_skipped(wanted, reason, progress().now());
   co_return Done{};
 }
@@ -213,26 +206,23 @@ CampaignOutcome<std::optional<Eigen::Vector3d>> MeasuringSession::measure_again(
   co_return (*seen)->p_WS_mm;
 }
 
-CampaignOutcome<void> MeasuringSession::touch(Touch what) {
-  const auto before = past_.take_touch(what.number, what.point);
+CampaignOutcome<void> MeasuringSession::touch(int number, std::string point, std::string request) {
+  const auto before = past_.take_touch(number, point);
   if (!before) co_return std::unexpected(before.error());
   if (*before) co_return Done{};
   Done resumed = co_await resume_from_past();
   if (!resumed) co_return resumed;
-  StoredPoint point;
-  point.pose = what.number;
-  point.purpose = PointPurpose::Frame;
-  point.smr = what.point;
-  for (std::string sentence = what.request;;) {
+  StoredPoint touched{.pose = number, .purpose = PointPurpose::Frame, .smr = point};
+  for (std::string sentence = request;;) {
     co_await wait_for_operator(sentence);
     auto q = co_await jogged_to();
     if (q) {
-      point.q_actual = *std::move(q);
+      touched.q_actual = *std::move(q);
       break;
     }
-    sentence = q.error().detail + ": " + what.request;
+    sentence = q.error().detail + ": " + request;
   }
-  auto stored = co_await store(std::move(point));
+  auto stored = co_await store(std::move(touched));
   if (!stored) co_return std::unexpected(stored.error());
   progress().count_done();
   observer().on_point(*stored, 0, progress().now());

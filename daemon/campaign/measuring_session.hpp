@@ -22,8 +22,7 @@ namespace truepose::daemon {
 /// tracker stood when the campaign began.
 class MeasuringSession : public CampaignRun {
  public:
-  /// What is referred to outlives the session.
-  /// @param past  of a campaign that was interrupted; null: it begins
+  /// What is referred to outlives the session, see CampaignRun.
   MeasuringSession(const config::CellConfig& config, CampaignDevices devices, CampaignJournal& journal,
                    CampaignObserver& observer, RunJob run_compute,
                    std::shared_ptr<const CampaignPast> past = {});
@@ -50,11 +49,11 @@ class MeasuringSession : public CampaignRun {
   CampaignOutcome<void> visit(JointVector q);
   /// @return the point, of the first reflector that was measured, or nothing where the pose was skipped
   CampaignOutcome<std::optional<StoredPoint>> measure(MeasuringTarget target);
-  /// Measures all, and substitutes of those that fail. Waits where the campaign is paused.
+  /// Measures all. Waits where the campaign is paused.
+  /// @param targets  of which those that fail are replaced by their substitutes
   /// @param after_each  is run after each pose that was not replaced
-  /// @return the targets that were measured, or have failed without a substitute
-  CampaignOutcome<std::vector<MeasuringTarget>> measure_all(
-      std::vector<MeasuringTarget> targets, std::function<CampaignOutcome<void>()> after_each = {});
+  CampaignOutcome<void> measure_all(std::vector<MeasuringTarget>& targets,
+                                    std::function<CampaignOutcome<void>()> after_each = {});
   CampaignOutcome<void> skip(MeasuringTarget target, int attempts, std::string reason);
   /// @return nothing if it was not seen, which is reported
   CampaignOutcome<std::optional<StoredPoint>> measure_fixed(FixedReflector what, Eigen::Vector3d p_W_mm,
@@ -62,15 +61,11 @@ class MeasuringSession : public CampaignRun {
   /// Measures a point of before once more, see SessionDevices::read_again().
   /// @return where the tracker sees it now, in its own frame; nothing where it does not
   CampaignOutcome<std::optional<Eigen::Vector3d>> measure_again(StoredPoint before, Eigen::Vector3d p_W_mm);
-  /// A point that the arm's TCP is to touch.
-  struct Touch {
-    int number = 0;
-    std::string point;    ///< its name
-    std::string request;  ///< what the operator is asked to do, as a sentence
-  };
-  /// Waits until the operator has jogged the arm there, and keeps its joint positions. Asks again, and says
-  /// why, where the arm still moves, has not been moved since the touch before, or cannot be asked.
-  CampaignOutcome<void> touch(Touch what);
+  /// Waits until the operator has jogged the arm so that its TCP touches the point, and keeps its joint
+  /// positions. Asks again, and says why, where the arm still moves, has not been moved since the touch
+  /// before, or cannot be asked.
+  /// @param request  what the operator is asked to do, as a sentence
+  CampaignOutcome<void> touch(int number, std::string point, std::string request);
 
  private:
   boost::asio::awaitable<StoreResult<void>> begin();

@@ -96,29 +96,22 @@ std::string ReflectorSearch::names_at(const JointVector& q, PointPurpose purpose
   return names;
 }
 
-CellDevices::MeasureRequest ReflectorSearch::request_for(const ArmPosture& posture,
-                                                         const Eigen::Vector3d& p_W_mm,
-                                                         double radius_mm) const {
+CellDevices::Outcome<CellDevices::MeasureResult> ReflectorSearch::look_at(const ArmPosture& posture,
+                                                                          const Eigen::Vector3d& p_W_mm,
+                                                                          double radius_mm) {
   const config::TrackerConfig& tracker = config_.tracker;
-  return {.p_W_mm = p_W_mm,
-          .search_mm = placement_known_ ? reach_ * tracker.search_radius_mm : radius_mm,
-          .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : radius_mm,
-          .readings = posture.readings,
-          .two_face = posture.two_face};
+  return devices_.measure({.p_W_mm = p_W_mm,
+                           .search_mm = placement_known_ ? reach_ * tracker.search_radius_mm : radius_mm,
+                           .gate_mm = placement_known_ ? reach_ * tracker.gate_mm : radius_mm,
+                           .readings = posture.readings,
+                           .two_face = posture.two_face});
 }
 
 CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::measure(ArmPosture posture) {
   std::vector<std::size_t> reflectors = reflectors_at(posture.q, posture.purpose);
-  if (placement_known_ || !sight_) {
-    auto seen = co_await measure_each(std::move(posture), std::move(reflectors));
-    co_return seen;
-  }
-  if (reflectors.size() == 1) {
-    auto seen = co_await confirm_expected(std::move(posture), reflectors.front());
-    co_return seen;
-  }
-  auto seen = co_await identify_by_shape(std::move(posture), std::move(reflectors));
-  co_return seen;
+  if (placement_known_ || !sight_) co_return co_await measure_each(std::move(posture), std::move(reflectors));
+  if (reflectors.size() == 1) co_return co_await confirm_expected(std::move(posture), reflectors.front());
+  co_return co_await identify_by_shape(std::move(posture), std::move(reflectors));
 }
 
 CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::measure_each(
@@ -126,9 +119,8 @@ CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::measure_eac
   SearchResult seen;
   std::optional<DeviceError> first_error;
   for (const std::size_t reflector : reflectors) {
-    const Eigen::Vector3d p_W_mm = place_mm(posture, reflector);
-    CellDevices::MeasureRequest look = request_for(posture, p_W_mm, config_.tracker.first_search_radius_mm);
-    auto measured = co_await devices_.measure(look);
+    auto measured =
+        co_await look_at(posture, place_mm(posture, reflector), config_.tracker.first_search_radius_mm);
     if (measured) {
       seen.found.push_back({reflector, *measured});
       continue;
@@ -149,9 +141,7 @@ CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::identify_by
     ArmPosture posture, std::vector<std::size_t> reflectors) {
   Places places_mm;
   for (const std::size_t reflector : reflectors) places_mm.push_back(place_mm(posture, reflector));
-  CellDevices::MeasureRequest look =
-      request_for(posture, places_mm.front(), config_.tracker.first_search_radius_mm);
-  auto first = co_await devices_.measure(look);
+  auto first = co_await look_at(posture, places_mm.front(), config_.tracker.first_search_radius_mm);
   if (!first) co_return std::unexpected(first.error());
   for (std::size_t which = 0; which < places_mm.size(); ++which) {
     auto seen = co_await measure_as_if_first(posture, places_mm, which, *first);
@@ -170,17 +160,14 @@ CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::confirm_exp
                                                                                       std::size_t expected) {
   Places places_mm;
   for (std::size_t k = 0; k < names_.size(); ++k) places_mm.push_back(place_mm(posture, k));
-  CellDevices::MeasureRequest look =
-      request_for(posture, places_mm[expected], config_.tracker.first_search_radius_mm);
-  auto first = co_await devices_.measure(look);
+  auto first = co_await look_at(posture, places_mm[expected], config_.tracker.first_search_radius_mm);
   if (!first) co_return std::unexpected(first.error());
   const double radius_mm = kOfSpacing * spacing_mm(places_mm);
   SearchResult seen{.found = {{expected, *first}}};
   for (std::size_t other = 0; other < names_.size(); ++other) {
     if (other == expected) continue;
     const Eigen::Vector3d expected_mm = first->point.p_WS_mm + places_mm[expected] - places_mm[other];
-    CellDevices::MeasureRequest expected_request = request_for(posture, expected_mm, radius_mm);
-    auto measured = co_await devices_.measure(expected_request);
+    auto measured = co_await look_at(posture, expected_mm, radius_mm);
     if (!measured && measured.error().remedy != Remedy::Retry) co_return std::unexpected(measured.error());
     if (!measured) continue;
     seen.found = {{expected, *measured}};
@@ -202,8 +189,7 @@ CellDevices::Outcome<ReflectorSearch::SearchResult> ReflectorSearch::measure_as_
       seen.found.push_back({k, first});
       continue;
     }
-    CellDevices::MeasureRequest look = request_for(posture, places_mm[k] + shift_mm, radius_mm);
-    auto other = co_await devices_.measure(look);
+    auto other = co_await look_at(posture, places_mm[k] + shift_mm, radius_mm);
     if (!other) co_return std::unexpected(other.error());
     seen.found.push_back({k, *other});
   }

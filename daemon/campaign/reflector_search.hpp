@@ -69,8 +69,9 @@ class ReflectorSearch {
   using Places = std::vector<Eigen::Vector3d>;
 
   std::vector<std::size_t> reflectors_at(const JointVector& q, PointPurpose purpose);
-  CellDevices::MeasureRequest request_for(const ArmPosture& posture, const Eigen::Vector3d& p_W_mm,
-                                          double radius_mm) const;
+  /// @param radius_mm  while the placement is not known
+  CellDevices::Outcome<CellDevices::MeasureResult> look_at(const ArmPosture& posture,
+                                                           const Eigen::Vector3d& p_W_mm, double radius_mm);
   CellDevices::Outcome<SearchResult> measure_each(ArmPosture posture, std::vector<std::size_t> reflectors);
   CellDevices::Outcome<SearchResult> identify_by_shape(ArmPosture posture,
                                                        std::vector<std::size_t> reflectors);

@@ -21,14 +21,12 @@ CampaignError fatal(const DeviceError& error) {
 
 /// What the tracker reports of it.
 StoredPoint stored_point(const drivers::SmrPoint& measured) {
-  StoredPoint point;
-  point.p_WS_mm = measured.p_WS_mm;
-  point.orientation = measured.orientation;
-  point.std_mm = measured.std_mm;
-  point.temperature_c = measured.temperature_c;
-  point.pressure_mbar = measured.pressure_mbar;
-  point.humidity_percent = measured.humidity_percent;
-  return point;
+  return {.p_WS_mm = measured.p_WS_mm,
+          .orientation = measured.orientation,
+          .std_mm = measured.std_mm,
+          .temperature_c = measured.temperature_c,
+          .pressure_mbar = measured.pressure_mbar,
+          .humidity_percent = measured.humidity_percent};
 }
 
 }  // namespace
@@ -56,8 +54,7 @@ CampaignOutcome<Identities> SessionDevices::connect(CampaignNeeds needs) {
     const DeviceError& error = identities.error();
     if (error.remedy == Remedy::WrongArm || tries_left == 0) co_return std::unexpected(fatal(error));
     run_.observer().on_trouble(error.detail + "; trying again");
-    const TimePoint next = run_.clock().now() + kBeforeRetry;
-    co_await run_.clock().sleep_until(next);
+    co_await run_.clock().sleep_until(run_.clock().now() + kBeforeRetry);
   }
 }
 
@@ -77,8 +74,7 @@ CampaignOutcome<void> SessionDevices::prove_arm() {
 CampaignOutcome<void> SessionDevices::recover(DeviceError error) {
   if (error.remedy == Remedy::WrongArm) co_return std::unexpected(fatal(error));
   if (error.remedy == Remedy::Retry) {
-    const TimePoint next = run_.clock().now() + kBeforeRetry;
-    co_await run_.clock().sleep_until(next);
+    co_await run_.clock().sleep_until(run_.clock().now() + kBeforeRetry);
     co_return Done{};
   }
   auto recovered = co_await cell_.recover(std::move(error));
@@ -140,8 +136,7 @@ CellDevices::Outcome<StoredPoint> SessionDevices::read_again(StoredPoint before,
                                .q_commanded = before.q_commanded,
                                .way_rad = before.purpose == PointPurpose::Reference
                                               ? campaign.approach_deg * kRadPerDeg
-                                              : approach_way_rad(campaign, before.pose),
-                               .q_from = {}};
+                                              : approach_way_rad(campaign, before.pose)};
   auto reached = co_await reach(target);
   if (!reached) co_return std::unexpected(reached.error());
   auto measured = co_await cell_.measure(request);

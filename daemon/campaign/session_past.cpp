@@ -51,13 +51,10 @@ std::expected<std::optional<SessionPast::Points>, CampaignError> SessionPast::ta
     const MeasuringTarget& target) {
   if (!past_) return std::nullopt;
   if (const auto wrong = contradiction(target)) return std::unexpected(*wrong);
-  Points points = take_points(target.pose, target.purpose);
-  if (!points.empty()) {
-    run_.progress().count_done();
-    return points;
-  }
-  if (take_skipped(target.pose)) return Points{};
-  return std::nullopt;
+  const Points points = take_points(target.pose, target.purpose);
+  if (points.empty() && !take_skipped(target.pose)) return std::nullopt;
+  if (!points.empty()) run_.progress().count_done();
+  return points;
 }
 
 /// Why the past does not follow from the plan.

@@ -41,13 +41,7 @@ MeasuringTarget SessionPlan::new_target(PointPurpose purpose, const JointVector&
           .q_target = q,
           .q_commanded = q,
           .replacement = replacement,
-          .way_rad = approach_way_rad(run_.config().campaign, pose),
-          .q_from = {}};
-}
-
-MeasuringTarget SessionPlan::again(MeasuringTarget target) {
-  target.pose = next_number();
-  return target;
+          .way_rad = approach_way_rad(run_.config().campaign, pose)};
 }
 
 CampaignOutcome<void> SessionPlan::keep(std::vector<MeasuringTarget> targets) {
@@ -62,28 +56,27 @@ CampaignOutcome<void> SessionPlan::keep(std::vector<MeasuringTarget> targets) {
 CampaignOutcome<std::optional<MeasuringTarget>> SessionPlan::substitute(MeasuringTarget failed) {
   if (failed.replacement == Replacement::None || substitutes_ >= run_.progress().counted().done)
     co_return std::nullopt;
-  const bool informative = failed.replacement == Replacement::Informative;
-  if (const PlannedPose* before = past_ ? past_->substitute_of(failed.pose) : nullptr) {
-    poses_->replaced(failed.q_target, before->q_target);
-    co_return new_substitute(failed, before->q_target);
+  const PlannedPose* const before = past_ ? past_->substitute_of(failed.pose) : nullptr;
+  std::optional<JointVector> q;
+  if (before) {
+    q = before->q_target;
+    poses_->replaced(failed.q_target, *q);
+  } else {
+    const bool informative = failed.replacement == Replacement::Informative;
+    auto job = [poses = poses_, q_failed = failed.q_target, informative] {
+      return informative ? poses->substitute(q_failed) : poses->validation_substitute(q_failed);
+    };
+    q = co_await run_.compute(job);
   }
-  auto job = [poses = poses_, q = failed.q_target, informative] {
-    return informative ? poses->substitute(q) : poses->validation_substitute(q);
-  };
-  auto other = co_await run_.compute(job);
-  if (!other) co_return std::nullopt;
-  const MeasuringTarget target = new_substitute(failed, *other);
-  run_.observer().on_trouble("pose " + std::to_string(failed.pose) + " is replaced by pose " +
-                             std::to_string(target.pose));
-  co_return target;
-}
-
-MeasuringTarget SessionPlan::new_substitute(const MeasuringTarget& failed, const JointVector& q) {
+  if (!q) co_return std::nullopt;
   ++substitutes_;
   run_.progress().add_to_total(1);
-  MeasuringTarget target = new_target(failed.purpose, q, failed.replacement);
+  MeasuringTarget target = new_target(failed.purpose, *q, failed.replacement);
   target.replaces = failed.pose;
-  return target;
+  if (!before)
+    run_.observer().on_trouble("pose " + std::to_string(failed.pose) + " is replaced by pose " +
+                               std::to_string(target.pose));
+  co_return target;
 }
 
 }  // namespace truepose::daemon

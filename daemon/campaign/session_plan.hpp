@@ -29,8 +29,6 @@ class SessionPlan {
   /// The next pose of the campaign.
   MeasuringTarget new_target(PointPurpose purpose, const JointVector& q,
                              Replacement replacement = Replacement::None);
-  /// The same pose once more.
-  MeasuringTarget again(MeasuringTarget target);
   /// Keeps in the journal what is to be measured, as is done of each pose at the latest before the arm goes
   /// there.
   CampaignOutcome<void> keep(std::vector<MeasuringTarget> targets);
@@ -39,8 +37,6 @@ class SessionPlan {
   CampaignOutcome<std::optional<MeasuringTarget>> substitute(MeasuringTarget failed);
 
  private:
-  MeasuringTarget new_substitute(const MeasuringTarget& failed, const JointVector& q);
-
   CampaignRun& run_;
   SessionDevices& devices_;
   std::shared_ptr<const CampaignPast> past_;

@@ -46,9 +46,8 @@ std::string campaign_text(const CampaignRecord& record) {
 
 int poses_of(const std::vector<StoredPoint>& points) {
   std::set<int> poses;
-  for (const StoredPoint& point : points) {
+  for (const StoredPoint& point : points)
     if (is_pose(point.purpose) && point.purpose != PointPurpose::Reference) poses.insert(point.pose);
-  }
   return static_cast<int>(poses.size());
 }
 
@@ -286,8 +285,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::know(Identities identities) {
   record_.tracker_model = identities.tracker.model;
   record_.tracker_serial = identities.tracker.serial;
   auto job = [this, record = record_] { return store_.plans().keep_identities(record); };
-  auto kept = co_await store_thread_.ask(job);
-  co_return kept;
+  co_return co_await store_thread_.ask(job);
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::add_planned(std::vector<PlannedPose> poses, int total) {
@@ -295,21 +293,18 @@ asio::awaitable<StoreResult<void>> StoreJournal::add_planned(std::vector<Planned
   auto job = [this, poses = std::move(poses), total] {
     return store_.plans().add_planned(options_.campaign_id, poses, total);
   };
-  auto kept = co_await store_thread_.ask(job);
-  co_return kept;
+  co_return co_await store_thread_.ask(job);
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::add_identified(std::string sha256) {
   if (options_.order.empty()) co_return StoreResult<void>{};
   auto job = [this, sha256] { return store_.plans().keep_identified(options_.campaign_id, sha256); };
-  auto kept = co_await store_thread_.ask(job);
-  co_return kept;
+  co_return co_await store_thread_.ask(job);
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::add_resumption(Resumption resumption) {
   auto job = [this, resumption] { return store_.plans().add_resumption(options_.campaign_id, resumption); };
-  auto kept = co_await store_thread_.ask(job);
-  co_return kept;
+  co_return co_await store_thread_.ask(job);
 }
 
 asio::awaitable<StoreResult<StoredPoint>> StoreJournal::add_point(StoredPoint point) {
@@ -322,8 +317,7 @@ asio::awaitable<StoreResult<StoredPoint>> StoreJournal::add_point(StoredPoint po
 
 asio::awaitable<StoreResult<void>> StoreJournal::add_skipped(SkippedPose skipped) {
   auto job = [this, skipped] { return store_.add_skipped(options_.campaign_id, skipped); };
-  auto kept = co_await store_thread_.ask(job);
-  co_return kept;
+  co_return co_await store_thread_.ask(job);
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const CampaignResult> result,
@@ -361,8 +355,7 @@ asio::awaitable<StoreResult<void>> StoreJournal::end(std::shared_ptr<const Campa
     return model;
   };
   model_ = co_await store_thread_.ask(make_model);
-  auto kept = co_await end_again();
-  co_return kept;
+  co_return co_await end_again();
 }
 
 asio::awaitable<StoreResult<void>> StoreJournal::end_again() {

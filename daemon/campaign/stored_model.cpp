@@ -1,13 +1,12 @@
 #include "daemon/campaign/stored_model.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "config/cell_setup.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
-#include "daemon/store/store.hpp"
+#include "daemon/campaign/campaign_result.hpp"
 #include "proto/text/digest.hpp"
 
 namespace truepose::daemon {
@@ -53,10 +52,6 @@ WhyNot other_error(const ModelRecord& record, const config::ModelFile& model,
   return config::other_error(cell, *validation, record.validation_after_mm);
 }
 
-bool is_of_task(const StoredPoint& point) {
-  return point.purpose == PointPurpose::Identify || point.purpose == PointPurpose::Validate;
-}
-
 bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,
                  std::span<const StoredPoint> points) {
   const int joints = nominal.joint_count();
@@ -69,7 +64,7 @@ bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,
 /// Which pose limits that were narrowed meanwhile exclude.
 WhyNot outside_limits(const RobotModel& nominal, std::span<const StoredPoint> points) {
   for (const StoredPoint& point : points) {
-    if (!is_of_task(point)) continue;
+    if (!shows_arm(point)) continue;
     for (int i = 0; i < nominal.joint_count(); ++i) {
       const Joint& joint = nominal.joints[static_cast<std::size_t>(i)];
       if (point.q_target[i] >= joint.min && point.q_target[i] <= joint.max) continue;
@@ -98,9 +93,8 @@ std::unexpected<std::string> model_refused(const ModelRecord& record, const std:
 
 std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points) {
   std::vector<JointVector> poses;
-  for (const StoredPoint& point : points) {
-    if (is_of_task(point)) poses.push_back(point.q_target);
-  }
+  for (const StoredPoint& point : points)
+    if (shows_arm(point)) poses.push_back(point.q_target);
   return poses;
 }
 
@@ -138,6 +132,13 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
 
 CalibratedCell known_cell(const config::CellConfig& config, const CalibratedCell& model) {
   return {config.robot.model, model.base, model.reflectors};
+}
+
+TargetCompensation::Result compensated(const JointVector& q, const std::vector<std::int8_t>& directions,
+                                       const config::CellConfig& config, const CalibratedCell& model) {
+  const TargetCompensation compensation{config.robot.model, model.robot,
+                                        config::compensation_options(config, directions)};
+  return compensation.at_joints(q, model.reflectors.front().p_FS_mm);
 }
 
 Scene known_scene(const config::CellConfig& config, const CalibratedCell& model) {

@@ -7,6 +7,7 @@
 
 #include "config/cell_config.hpp"
 #include "config/model_file.hpp"
+#include "core/compensate/target_compensation.hpp"
 #include "core/data/calibrated_cell.hpp"
 #include "core/plan/scene.hpp"
 #include "daemon/store/store.hpp"
@@ -43,6 +44,12 @@ std::expected<StoredModel, std::string> checked_model(const ModelRecord& record,
 
 /// The nominal arm where an active model says that the base and the reflector are: what targets refer to.
 CalibratedCell known_cell(const config::CellConfig& config, const CalibratedCell& model);
+
+/// The joints at which the model's arm stands where the nominal one would at q. Next to the wrist singularity
+/// the reflector's position is kept: it is what will be measured.
+/// @param directions  in which each joint comes there: -1, 1; 0 or empty: not known
+TargetCompensation::Result compensated(const JointVector& q, const std::vector<std::int8_t>& directions,
+                                       const config::CellConfig& config, const CalibratedCell& model);
 
 /// What poses that a user asks for are judged by: the placement is known, and no margins are kept.
 Scene known_scene(const config::CellConfig& config, const CalibratedCell& model);

@@ -1,7 +1,6 @@
 #include <utility>
 
 #include "config/cell_setup.hpp"
-#include "core/compensate/target_compensation.hpp"
 #include "core/formatted.hpp"
 #include "daemon/campaign/campaign.hpp"
 #include "daemon/campaign/stored_model.hpp"
@@ -95,10 +94,8 @@ CampaignOutcome<void> TargetsCampaign::prepare() {
     const RobotModel& nominal = config.robot.model;
     PoseChecker checker{known_scene(config, cell)};
     for (const MeasuringTarget& target : targets) {
-      const std::vector<std::int8_t> direction = approach_direction(target, nominal);
-      const TargetCompensation compensation{nominal, cell.robot,
-                                            config::compensation_options(config, direction)};
-      const auto solved = compensation.at_joints(target.q_target, cell.reflectors.front().p_FS_mm);
+      const auto directions = approach_direction(target, nominal);
+      const auto solved = compensated(target.q_target, directions, config, cell);
       if (!solved) {
         starts.push_back({{}, "compensated: " + described(solved.error(), nominal)});
       } else if (const auto fault = checker.fault_of(solved->q)) {
@@ -125,7 +122,7 @@ CampaignOutcome<void> TargetsCampaign::close_in(MeasuringTarget target, Start st
   TrackerLoop loop{order_.cell, asked.predict(target.q_target, 0), start.q, order_.loop};
   MeasuringTarget round = target;
   while (!loop.end()) {
-    if (!loop.errors_mm().empty()) round = session_.plan().again(round);
+    if (!loop.errors_mm().empty()) round.pose = session_.plan().next_number();
     round.q_commanded = loop.q();
     auto point = co_await session_.measure(round);
     if (!point) co_return std::unexpected(point.error());

@@ -123,10 +123,7 @@ CampaignOutcome<void> ToolCampaign::measure() {
     if (done) done = co_await nests_.after_pose();
     co_return done;
   };
-  auto measured = co_await session_.measure_all(targets_, after_each);
-  if (!measured) co_return std::unexpected(measured.error());
-  targets_ = *std::move(measured);
-  co_return Done{};
+  co_return co_await session_.measure_all(targets_, after_each);
 }
 
 /// Few poses are enough for a 6-D target alone.

@@ -1,7 +1,5 @@
 #include "daemon/campaign/tool_cell.hpp"
 
-#include <utility>
-
 namespace truepose::daemon {
 
 namespace {
