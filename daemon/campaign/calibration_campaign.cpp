@@ -135,7 +135,7 @@ CampaignOutcome<void> CalibrationCampaign::measure_to_identify() {
     if (done && poses >= session_.config().campaign.coarse_after) done = co_await fit_placement();
     co_return done;
   };
-  Targets targets = identify_;  // warmed up is by those that were planned
+  Targets targets = identify_;  // the warm-up drives to those that were planned
   co_return co_await session_.measure_all(targets, after_each);
 }
 

@@ -54,7 +54,7 @@ class InterruptionCheck {
   NestReadings nests_then_, nests_now_;
   bool nests_moved_ = false;
   bool touched_ = false;      ///< there are points that the arm's TCP touched, which no tracker sees
-  std::vector<int> numbers_;  ///< of them
+  std::vector<int> numbers_;  ///< of the poses that were seen again
   std::string moved_;         ///< by how much the tracker has, in words; empty: not at all
 };
 
