@@ -213,6 +213,7 @@ struct CalibrationDocument {
 
 /// Error statistics as every document of ours carries them, mm:
 /// {"mean","rms","max","min","std","x":{"mean_abs","rms","max"},"y":{..},"z":{..}}.
+void layout(Io& io, ErrorStatistics& x);
 boost::json::object statistics_json(const ErrorStatistics& statistics);
 
 /// The errors of one set of points as documents carry them: {"poses","points","before","geometric","after"}.

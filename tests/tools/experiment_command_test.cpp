@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "proto/record/json_io.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/printed_document.hpp"
@@ -31,6 +32,10 @@ const Finished& small_run() {
 }
 
 json::object document() { return printed_document(small_run().out).as_object(); }
+
+std::string page_of(const json::object& document) {
+  return report::render_experiment_html(record::from_json<ExperimentDocument>(document).value());
+}
 
 /// The names of the rows of a table, each once.
 std::set<std::string> names(const json::object& of, const char* table, const char* name) {
@@ -107,12 +112,12 @@ TEST(ExperimentCommand, GivesTheSameForTheSameSeedWithAnyNumberOfJobsAndWritesTh
   // Below it stand the raw data, whose last digits the parser of JSON may round.
   const auto shown = [](const std::string& html) { return html.substr(0, html.find("<h2>Raw data</h2>")); };
   const std::string html = shown(text_of(report));
-  EXPECT_TRUE(html == shown(report::render_experiment_html(printed_document(again.out).as_object())));
+  EXPECT_TRUE(html == shown(page_of(printed_document(again.out).as_object())));
   EXPECT_GT(html.size(), 10'000U);
 }
 
 TEST(ExperimentCommand, RendersAPageThatNeedsNothingElse) {
-  const std::string html = report::render_experiment_html(document());
+  const std::string html = page_of(document());
   pugi::xml_document page;
   ASSERT_TRUE(page.load_string(html.c_str()));
   EXPECT_EQ(page.select_nodes("//table").size(), 4u);
@@ -129,7 +134,7 @@ TEST(ExperimentCommand, RendersAMethodThatNeverConverged) {
   method["converged"] = 0.0;
   method["convergence"] = method["errors"] = json::array{};
   pugi::xml_document page;
-  ASSERT_TRUE(page.load_string(report::render_experiment_html(lost).c_str()));
+  ASSERT_TRUE(page.load_string(page_of(lost).c_str()));
   EXPECT_EQ(page.select_nodes("//svg//g").size(), 15u);
 }
 

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <expected>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,18 +43,14 @@ struct ExperimentOptions {
 /// What the readings of a method's trials suffer from.
 enum class TrialData { NoiseFree, Noisy, GrossErrors };
 
-/// A quarter, half and three quarters of the errors are smaller, mm.
-struct Quartiles {
-  double lower = 0, median = 0, upper = 0;
-};
-
 /// One method over all trials. Errors are against the true positions at validation poses, pooled over all
 /// trials with a fit, whether it converged or not.
 struct MethodResult {
   std::string method;
   TrialData data = TrialData::Noisy;
-  ErrorStatistics validation;
-  Quartiles quartiles;                    ///< of the same errors
+  std::optional<ErrorStatistics> validation;  ///< where any trial had a fit
+  /// A quarter, half and three quarters of the same errors are smaller.
+  std::optional<std::array<double, 3>> quartiles_mm;
   double rmse_over_bound = 0;             ///< of the Cramer-Rao bound of the same trials; 0 without noise
   double converged = 0;                   ///< share of the trials
   double iterations = 0;                  ///< mean

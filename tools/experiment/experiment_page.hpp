@@ -1,13 +1,12 @@
 #pragma once
 
-#include <boost/json/fwd.hpp>
 #include <string>
+
+#include "tools/experiment/experiment_document.hpp"
 
 namespace truepose::report {
 
-/// The page of an experiment document, as `truepose-experiment --json` prints it, which it carries for
-/// download. HTML, one file.
-/// Throws std::invalid_argument where a member is missing.
-std::string render_experiment_html(const boost::json::object& document);
+/// The page of an experiment, which carries its document for download. HTML, one file.
+std::string render_experiment_html(const ExperimentDocument& document);
 
 }  // namespace truepose::report

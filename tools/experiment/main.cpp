@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/json.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
@@ -21,8 +20,7 @@
 #include "core/simulate/published_arm.hpp"
 #include "daemon/report/number_text.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/record/calibration_document.hpp"
-#include "tools/experiment/experiment.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/experiment/experiment_page.hpp"
 #include "tools/steering/exit_code.hpp"
 #include "tools/truepose/progress_line.hpp"
@@ -31,7 +29,6 @@
 namespace {
 
 using namespace truepose;
-namespace json = boost::json;
 using report::error_text;
 using tools::Cells, tools::text_table;
 
@@ -73,122 +70,16 @@ constexpr std::array kKnown{
     Known{"report", [](Options& o) { o.report_file = optarg; }},
     Known{"json", [](Options& o) { o.as_json = true; }, no_argument}};
 
-// ---- As a document ----
-
-json::object noise_json(const ExperimentOptions& options) {
-  return {
-      {"tracker", options.tracker_noise_mm},
-      {"repeatability", options.repeatability_mm},
-      {"gross",
-       {{"fraction", options.gross.fraction}, {"min", options.gross.min_mm}, {"max", options.gross.max_mm}}},
-      {"guess",
-       {{"base", options.guess.base_mm},
-        {"base_rad", options.guess.base_rad},
-        {"smr", options.guess.smr_mm}}}};
-}
-
-std::string_view name_of(TrialData data) {
-  switch (data) {
-    case TrialData::NoiseFree:
-      return "noise-free";
-    case TrialData::Noisy:
-      return "noisy";
-    case TrialData::GrossErrors:
-      break;
-  }
-  return "outliers";
-}
-
-json::object method_json(const MethodResult& method) {
-  json::object object{{"method", method.method},
-                      {"data", name_of(method.data)},
-                      {"validation", nullptr},
-                      {"quartiles", nullptr},
-                      {"rmse_over_bound", nullptr},
-                      {"converged", method.converged},
-                      {"iterations", method.iterations},
-                      {"time_s", method.time_s},
-                      {"convergence", json::value_from(method.convergence_mm)},
-                      {"errors", json::value_from(method.errors_mm)}};
-  if (method.validation.count > 0) {
-    object["validation"] = record::statistics_json(method.validation);
-    object["quartiles"] = {method.quartiles.lower, method.quartiles.median, method.quartiles.upper};
-    if (method.data != TrialData::NoiseFree) object["rmse_over_bound"] = method.rmse_over_bound;
-  }
-  if (method.data == TrialData::GrossErrors)
-    object["within_2_percent_of_oracle"] = method.within_2_percent_of_oracle;
-  return object;
-}
-
-json::object design_json(const DesignResult& design) {
-  return {{"design", design.design}, {"poses", design.poses}, {"rms", design.rms_mm}, {"max", design.max_mm}};
-}
-
-json::object layer_json(const LayerResult& layer) {
-  return {{"layer", layer.layer},
-          {"rigid", layer.rigid},
-          {"poses", layer.poses},
-          {"backlash_deg", layer.backlash_deg},
-          {"validation", record::statistics_json(layer.validation)},
-          {"model_rms", layer.model_rms_mm}};
-}
-
-json::object published_json(const PublishedComparison& pair) {
-  return {{"figure", pair.figure},
-          {"source", pair.source},
-          {"published_mean", pair.published_mean_mm},
-          {"mean", pair.mean_mm},
-          {"explanation", pair.explanation}};
-}
-
-template <typename Row>
-json::array rows_json(const std::vector<Row>& rows, json::object (*row_json)(const Row&)) {
-  json::array array;
-  for (const Row& row : rows) array.push_back(row_json(row));
-  return array;
-}
-
-/// The JSON document of one experiment, mm: {"seed","trials","noise","bound_rms",
-/// "methods":[{"method","data","validation":S,"quartiles":[lower,median,upper],"rmse_over_bound","converged",
-/// "iterations","time_s","within_2_percent_of_oracle","convergence":[..]}],
-/// "designs":[{"design","poses","rms","max"}],
-/// "layers":[{"layer","rigid","poses","backlash_deg","validation":S,"model_rms"}],
-/// "published":[{"figure","source","published_mean","mean","explanation"}]}.
-///
-/// "rmse_over_bound" is null without noise, "within_2_percent_of_oracle" is there with outliers alone. S is
-/// record::statistics_json; of a method without any fit it is null, as are its quartiles.
-json::object experiment_document(const ExperimentOptions& options, const ExperimentResult& result) {
-  return {{"seed", options.seed},
-          {"trials", options.trials},
-          {"noise", noise_json(options)},
-          {"bound_rms", result.bound_rms_mm},
-          {"methods", rows_json(result.methods, method_json)},
-          {"designs", rows_json(result.designs, design_json)},
-          {"layers", rows_json(result.layers, layer_json)},
-          {"published", rows_json(result.published, published_json)}};
-}
-
 // ---- As tables, mm ----
-
-std::string_view suffix_of(TrialData data) {
-  switch (data) {
-    case TrialData::NoiseFree:
-      return ", noise-free";
-    case TrialData::Noisy:
-      return "";
-    case TrialData::GrossErrors:
-      break;
-  }
-  return ", outliers";
-}
 
 std::string methods_text(const ExperimentResult& result) {
   std::vector<Cells> rows{{"Method", "mean", "max", "RMS", "RMS/bound", "converged", "iter", "time"}};
   for (const MethodResult& method : result.methods) {
-    const ErrorStatistics& errors = method.validation;
-    const auto of_fitted = [&](double mm) { return method.validation.count > 0 ? error_text(mm) : "-"; };
-    rows.push_back({method.method + std::string(suffix_of(method.data)), of_fitted(errors.mean),
-                    of_fitted(errors.max), of_fitted(errors.rms),
+    const auto figure = [&](double ErrorStatistics::*mm) {
+      return method.validation ? error_text(*method.validation.*mm) : "-";
+    };
+    rows.push_back({title_of(method), figure(&ErrorStatistics::mean), figure(&ErrorStatistics::max),
+                    figure(&ErrorStatistics::rms),
                     method.rmse_over_bound > 0 ? fmt::format("{:.3f}", method.rmse_over_bound) : "-",
                     fmt::format("{:.1f} %", 100 * method.converged), fmt::format("{:.1f}", method.iterations),
                     fmt::format("{:.1f} ms", 1000 * method.time_s)});
@@ -204,23 +95,17 @@ std::string designs_text(const ExperimentResult& result) {
   return "\n" + text_table({{-40}, {7}, {9}, {9}}, rows);
 }
 
-bool same_arm(const LayerResult& a, const LayerResult& b) {
-  return a.rigid == b.rigid && a.poses == b.poses && a.backlash_deg == b.backlash_deg;
-}
-
 std::string layers_text(const ExperimentResult& result) {
   std::vector<Cells> rows;
-  const LayerResult* last = nullptr;
+  std::string last;
   for (const LayerResult& layer : result.layers) {
-    if (last == nullptr || !same_arm(*last, layer)) {
-      const std::string arm = layer.rigid ? std::string("Rigid arm")
-                                          : fmt::format("Heavy arm, backlash {} deg", layer.backlash_deg);
+    if (const std::string arm = arm_title(layer); arm != last) {
       rows.push_back({});
-      rows.push_back({fmt::format("{}, {} poses", arm, layer.poses), "mean", "max", "RMS"});
+      rows.push_back({arm, "mean", "max", "RMS"});
+      last = arm;
     }
     rows.push_back({"  " + layer.layer, error_text(layer.validation.mean), error_text(layer.validation.max),
                     error_text(layer.validation.rms)});
-    last = &layer;
   }
   return text_table({{-40}, {9}, {9}, {9}}, rows);
 }
@@ -275,14 +160,13 @@ bool worked(const ExperimentResult& result) {
 }
 
 int run(const Options& options) {
-  const ExperimentResult result = result_of(options);
-  const json::object document = experiment_document(options.experiment, result);
-  const std::string text =
-      options.as_json ? control::json_text(document) + "\n" : experiment_text(options.experiment, result);
+  const ExperimentDocument document{options.experiment, result_of(options)};
+  const std::string text = options.as_json ? control::json_text(record::to_json(document)) + "\n"
+                                           : experiment_text(options.experiment, document.result);
   std::fputs(text.c_str(), stdout);  // first, so that a report that cannot be written costs no minutes
   if (!options.report_file.empty())
     config::write_text_file(options.report_file, report::render_experiment_html(document));
-  if (worked(result)) return steering::kDone;
+  if (worked(document.result)) return steering::kDone;
   std::fputs(
       "truepose-experiment: the two-stage fit did not converge in every trial: see its share of trials\n",
       stderr);

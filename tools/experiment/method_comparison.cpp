@@ -213,7 +213,7 @@ double quantile(std::vector<double>& values, double share) {
   return *place;
 }
 
-Quartiles quartiles(const std::vector<Eigen::Vector3d>& errors) {
+std::array<double, 3> quartiles_mm(const std::vector<Eigen::Vector3d>& errors) {
   std::vector<double> lengths_mm = lengths(errors);
   return {quantile(lengths_mm, 0.25), quantile(lengths_mm, 0.5), quantile(lengths_mm, 0.75)};
 }
@@ -227,9 +227,9 @@ MethodResult result_of(const Method& method, MethodTally& tally, int trials, dou
                       .errors_mm = std::move(tally.first_errors_mm)};
   if (tally.fitted == 0) return result;
   result.validation = error_statistics(tally.errors);
-  result.quartiles = quartiles(tally.errors);
+  result.quartiles_mm = quartiles_mm(tally.errors);
   result.iterations = static_cast<double>(tally.iterations) / tally.fitted;
-  if (method.data != TrialData::NoiseFree) result.rmse_over_bound = result.validation.rms / bound_rms_mm;
+  if (method.data != TrialData::NoiseFree) result.rmse_over_bound = result.validation->rms / bound_rms_mm;
   if (method.data == TrialData::GrossErrors)
     result.within_2_percent_of_oracle = static_cast<double>(tally.near_oracle) / trials;
   return result;
