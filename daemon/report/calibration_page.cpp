@@ -9,7 +9,6 @@
 
 #include "core/calibrate/option_names.hpp"
 #include "daemon/report/page.hpp"
-#include "daemon/report/report.hpp"
 #include "daemon/report/sections.hpp"
 #include "proto/control/json_text.hpp"
 
@@ -38,26 +37,25 @@ std::string fields(const auto& numbers) {
   return text;
 }
 
-std::vector<EmbeddedFile> embedded_files(const json::object& document, const ReportDocument& read,
-                                         const FurtherDocuments& further) {
+std::vector<EmbeddedFile> embedded_files(const ReportDocument& document, const FurtherDocuments& further) {
   std::vector<EmbeddedFile> files;
   // A measurement file is of one station.
-  if (std::string csv = measurements_csv(read.points); read.stations.empty() && !csv.empty()) {
+  if (std::string csv = measurements_csv(document.points); document.stations.empty() && !csv.empty()) {
     files.push_back({"measurements.csv", "text/csv", std::move(csv),
                      "what was measured, as truepose calibrate --data reads it"});
   }
-  if (const json::value* arm = document.if_contains("arm")) {
+  if (const json::value* arm = document.json.if_contains("arm")) {
     files.push_back({"robot.yaml", "application/yaml", control::json_text(*arm) + "\n",
                      "the data sheet's arm, as truepose calibrate --robot reads it"});
   }
-  if (read.production) {
-    files.push_back({"production.csv", "text/csv", production_csv(read.production->path),
+  if (document.production) {
+    files.push_back({"production.csv", "text/csv", production_csv(document.production->path),
                      "where the reflector was in production, in the robot's base frame"});
   }
   const auto add = [&files](const char* name, const json::object& from, const char* about) {
     files.push_back({name, "application/json", control::json_text(from) + "\n", about});
   };
-  add("report.json", document, "everything that is shown here, as truepose report --document reads it");
+  add("report.json", document.json, "everything that is shown here, as truepose report --document reads it");
   if (further.iso9283) add("iso9283.json", *further.iso9283, "the test by ISO 9283");
   if (further.frame) add("frame.json", *further.frame, "the tool or base that was measured");
   return files;
@@ -111,8 +109,7 @@ std::string measurements_csv(const std::vector<record::Point>& points) {
   return csv;
 }
 
-std::string render_html(const json::object& json, const FurtherDocuments& further) {
-  const ReportDocument document = read_document(json);
+std::string render_html(const ReportDocument& document, const FurtherDocuments& further) {
   const std::string robot = document.robot.empty() ? "Robot arm" : document.robot;
   std::string body = page_header("Calibration report", robot, identity(document));
   for (const auto section :
@@ -123,7 +120,7 @@ std::string render_html(const json::object& json, const FurtherDocuments& furthe
   }
   if (further.frame) body += frame_section(*further.frame);
   if (further.iso9283) body += iso9283_section(*further.iso9283);
-  body += raw_data_section(embedded_files(json, document, further));
+  body += raw_data_section(embedded_files(document, further));
   return html_page(robot + ": calibration report", body);
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/json/object.hpp>
 #include <cctype>
 #include <functional>
 
@@ -25,7 +24,7 @@ std::string title_of(const Stage& stage) {
 std::string cell(const Figure& figure, const Stage& stage) {
   const double mm = figure.of(*stage.errors);
   if (!stage.spread) return fmt::format("{:>13}", error_text(mm));
-  if (figure.spreads) return fmt::format("{:>18}", error_text(mm, figure.of(*stage.spread)));
+  if (figure.spread) return fmt::format("{:>18}", error_text(mm, stage.spread->*figure.spread));
   return fmt::format("{:>10}        ", error_text(mm));  // as wide as with " ± 0.003"
 }
 
@@ -68,16 +67,17 @@ std::string station_lines(const std::vector<record::Station>& stations) {
   return text;
 }
 
-std::string deviation_lines(const LayerSelection& deviation) {
+std::string deviation_lines(const ReportDocument& document) {
   std::string groups;
-  for (const LayerChoice& group : deviation.tried) {
+  for (const LayerChoice& group : document.deviation_layers) {
     if (!group.chosen) continue;
     groups += fmt::format("  without {:<22}{:>8} mm, {:.1f} % more\n", group_text(group.name),
                           error_text(group.without_mm), 100 * (group.without_mm / group.with_mm - 1));
   }
   if (groups.empty()) return "\nNon-geometric errors: none predicts unseen poses better.\n";
   return fmt::format("\nNon-geometric errors: cross-validated RMS {} mm -> {} mm\n",
-                     error_text(deviation.without_mm), error_text(deviation.with_mm)) +
+                     error_text(document.non_geometric->geometric_rms_mm),
+                     error_text(document.non_geometric->rms_mm)) +
          groups;
 }
 
@@ -150,7 +150,7 @@ std::string turn_lines(const ReportDocument& document) {
 /// Findings in addition to errors and parameters, each part after an empty line.
 std::string findings(const ReportDocument& document) {
   std::string text = turn_lines(document) + station_lines(document.stations);
-  if (document.deviation_layers) text += deviation_lines(*document.deviation_layers);
+  if (document.non_geometric) text += deviation_lines(document);
   if (document.field) text += field_lines(*document.field);
   if (document.thermal) text += thermal_lines(*document.thermal);
   text += far_lines("Points to identify that were left out", document.rejected) +
@@ -182,8 +182,7 @@ std::string verdict_lines(const ReportDocument& document) {
 
 }  // namespace
 
-std::string render_text(const boost::json::object& json) {
-  const ReportDocument document = read_document(json);
+std::string render_text(const ReportDocument& document) {
   std::string text = tables(document);
   text += fmt::format("\nMean position error {} mm -> {} mm, {}. {} of {} geometric parameters determined.\n",
                       error_text(document.judged().before.mean), error_text(document.achieved().mean),
@@ -191,8 +190,7 @@ std::string render_text(const boost::json::object& json) {
   return text + findings(document) + verdict_lines(document);
 }
 
-std::string why_unusable(const boost::json::object& json) {
-  const ReportDocument document = read_document(json);
+std::string why_unusable(const ReportDocument& document) {
   if (document.verdict->failed()) {
     const Finding& gravest = document.verdict->findings.front();
     return sentences({gravest.code, gravest.sentence, gravest.what_to_do});

@@ -23,9 +23,9 @@ void add_rows(Table& table, const ReportDocument& document, PoseSet set) {
     std::vector<std::string> cells;
     for (const Figure& figure : kFigures) {
       cells.push_back(error_text(figure.of(*stage.errors)));
-      if (stage.spread && figure.spreads)
+      if (stage.spread && figure.spread)
         cells.back() +=
-            fmt::format(" <span class=\"spread\">± {}</span>", error_text(figure.of(*stage.spread)));
+            fmt::format(" <span class=\"spread\">± {}</span>", error_text(stage.spread->*figure.spread));
     }
     const bool before = stage.errors == &of_set.before;
     cells.push_back(before ? "" : factor_text(of_set.before.mean, stage.errors->mean));
@@ -136,14 +136,12 @@ std::string set_section(const ReportDocument& document, PoseSet set, std::string
 
 std::vector<Stage> stages_of(const ReportDocument& document, PoseSet set) {
   const StageErrors& errors = document.errors_of(set);
-  const auto spread = [&](ErrorStatistics StageErrors::*stage) {
-    return set == PoseSet::Validate && document.spreads ? &(*document.spreads.*stage) : nullptr;
-  };
+  const record::Spread* spread = set == PoseSet::Validate && document.spread ? &*document.spread : nullptr;
   std::vector<Stage> stages{
-      {"Before", kBeforeColor, &errors.before, spread(&StageErrors::before)},
-      {"Geometric", kGeometricColor, &errors.geometric, spread(&StageErrors::geometric)}};
+      {"Before", kBeforeColor, &errors.before, spread ? &spread->before : nullptr},
+      {"Geometric", kGeometricColor, &errors.geometric, spread ? &spread->geometric : nullptr}};
   if (has_layers(errors))
-    stages.push_back({"All layers", kLayersColor, &errors.after, spread(&StageErrors::after)});
+    stages.push_back({"All layers", kLayersColor, &errors.after, spread ? &spread->after : nullptr});
   if (document.remeasured && set == document.judging())
     stages.push_back({"Compensated", kCompensatedColor, &*document.remeasured});
   return stages;
@@ -158,7 +156,7 @@ std::string statistics_section(const ReportDocument& document) {
     lead += " <b>Compensated</b>: validation poses driven to with compensated joints and measured again.";
   if (document.spread) lead += fmt::format(" <b>Validation</b>: {}.", validation_text(document));
   std::vector<Column> columns{{}};
-  for (const auto& [axis, name, of, spreads] : kFigures) {
+  for (const auto& [axis, name, of, spread] : kFigures) {
     const bool of_axis = name.ends_with('|'), maximum = name.starts_with("max");
     columns.push_back({maximum ? "max" : name,
                        of_axis && !maximum ? "first"

@@ -103,8 +103,8 @@ std::vector<std::string> parameter_cells(const IdentifiedParameter& p, std::stri
   if (shown.prior) cells.push_back(p.sigma > 0 ? fmt::format("{:.0f} %", 100 * p.data_share) : "");
   cells.emplace_back(status_of(p));
   if (!shown.truth) return cells;
-  const auto truth = document.truth.find(p.name);
-  if (truth == document.truth.end()) {
+  const auto truth = document.true_values.find(p.name);
+  if (truth == document.true_values.end()) {
     cells.insert(cells.end(), 2, "");
     return cells;
   }
@@ -228,20 +228,21 @@ std::string uncertainty_maps(const ReportDocument& document) {
 }  // namespace
 
 std::string layer_section(const ReportDocument& document) {
-  if (!document.deviation_layers && !document.field) return "";
+  if (!document.non_geometric && !document.field) return "";
   Table table{"layers", {{}, {"", "text"}, {"without", "first"}, {"with"}, {"gain", "first"}, {"", "gain"}}};
   const StageErrors& judged = document.judged();
   table.group(fmt::format("Geometry, on the {} points", document.judging_name()));
   add_layer(table, "links of the arm",
             {.name = {}, .chosen = true, .without_mm = judged.before.rms, .with_mm = judged.geometric.rms},
             "fitted", kGeometricColor);
-  if (const auto& deviation = document.deviation_layers) {
+  if (const auto& deviation = document.non_geometric) {
     table.group("Deviations of the joints, cross-validated");
     add_layer(
         table, "all chosen together",
-        {.name = {}, .chosen = true, .without_mm = deviation->without_mm, .with_mm = deviation->with_mm}, "",
-        kLayersColor);
-    for (const LayerChoice& group : deviation->tried) add_choice(table, group_text(group.name), group);
+        {.name = {}, .chosen = true, .without_mm = deviation->geometric_rms_mm, .with_mm = deviation->rms_mm},
+        "", kLayersColor);
+    for (const LayerChoice& group : document.deviation_layers)
+      add_choice(table, group_text(group.name), group);
   }
   if (const auto& field = document.field) {
     table.group("Field of the residuals, cross-validated");
@@ -263,7 +264,7 @@ std::string layer_section(const ReportDocument& document) {
 std::string parameters_section(const ReportDocument& document) {
   if (document.parameters.empty()) return "";
   const ParameterColumns shown{.prior = std::ranges::any_of(document.parameters, prior_speaks),
-                               .truth = !document.truth.empty()};
+                               .truth = document.truth.has_value()};
   std::string notes = note(fmt::format(
       "The measured positions determine {} of {} geometric parameters. {}: what they would do, identified ones "
       "do in their place, and the predictions are the same. σ is one standard deviation.",

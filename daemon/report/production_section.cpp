@@ -288,6 +288,24 @@ std::string point_chart(const JudgedPath& path) {
   return chart("Error at the points", "point", std::move(series));
 }
 
+/// The distance from the wanted path with and without the lag of the drives, and that lag; empty where no
+/// path was judged.
+std::string path_text(const record::Production& production) {
+  const PathAccuracy& accuracy = production.accuracy;
+  if (!accuracy.path) return {};
+  const auto figures = [](const ErrorLengths& lengths) {
+    return fmt::format("mean {}, 95 % within {}, max {} mm", error_text(lengths.mean),
+                       error_text(lengths.p95), error_text(lengths.max));
+  };
+  std::string text = fmt::format("Distance from the wanted path: {}.", figures(accuracy.path->with));
+  if (!accuracy.path_lagged) return text + " It includes what the lag of the drives cuts off curves.";
+  text += fmt::format(" From the wanted path with the lag of the drives applied: {}.",
+                      figures(*accuracy.path_lagged));
+  if (!production.path.lag) return text;
+  return text + fmt::format(" Lag of the drives: {:.0f} ms on average ({}).",
+                            1000 * production.path.lag->mean_delay_s(), lag_text(*production.path.lag));
+}
+
 }  // namespace
 
 Verdict production_verdict(const record::Production& production) {
@@ -310,22 +328,6 @@ Verdict production_verdict(const record::Production& production) {
     return {Caution, fmt::format("Look first at what became worse: {}. {}.", worse, judged)};
   if (!accuracy.points) return {Caution, judged + ". No point is judged."};
   return {partly.empty() ? Use : Caution, judged + "."};
-}
-
-std::string path_text(const record::Production& production) {
-  const PathAccuracy& accuracy = production.accuracy;
-  if (!accuracy.path) return {};
-  const auto figures = [](const ErrorLengths& lengths) {
-    return fmt::format("mean {}, 95 % within {}, max {} mm", error_text(lengths.mean),
-                       error_text(lengths.p95), error_text(lengths.max));
-  };
-  std::string text = fmt::format("Distance from the wanted path: {}.", figures(accuracy.path->with));
-  if (!accuracy.path_lagged) return text + " It includes what the lag of the drives cuts off curves.";
-  text += fmt::format(" From the wanted path with the lag of the drives applied: {}.",
-                      figures(*accuracy.path_lagged));
-  if (!production.path.lag) return text;
-  return text + fmt::format(" Lag of the drives: {:.0f} ms on average ({}).",
-                            1000 * production.path.lag->mean_delay_s(), lag_text(*production.path.lag));
 }
 
 std::string production_text(const record::Production& production) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/report/report_document.hpp"
+
 namespace truepose::report {
 
 // The reports that commands print and write. Every page is one self-contained file: well-formed XML, no
@@ -17,44 +19,25 @@ struct FurtherDocuments {
   const boost::json::object* frame = nullptr;    ///< as `truepose tool --json` prints it
 };
 
-/// The page of a calibration document. It carries the documents and the measurements for download.
-///
-/// @param document  record::calibration_document, optionally extended by
-///   "remeasured": S, "remeasured_points": [{"pose","smr","error":[x,y,z]}] (pose as in "points", mm, in the
-///   tracker's frame, wanted minus measured),
-///   "stream":
-///   {"cycles","answered","late","wrong_ipoc","max_step_deg","turnaround_us":{"p50","p99","p999","max"}},
-///   "production" as record::production_json makes it,
-///   "truth": {"base":{x,y,z,rx,ry,rz}, "smr":{x,y,z}, "links":[{"a","alpha","d","theta","beta"}]}, the
-///   values (not the deviations) of a simulated arm, mm and rad; "smr" may also hold {x,y,z} by the
-///   reflector's name; "robot", "tracker", "campaign", "model": texts that say which; "date" (RFC 3339);
-///   "spread" and "fold_points" of a validation in several runs; "noise":
-///   {"range_mm","transverse_mm_per_m","repeatability_mm"}; "conditions" and "skipped" of a campaign;
-///   "reference_drift_mm": [mm]; "options" and "files": texts by what they are. report.schema.json has it
-///   all. What a document does not hold has no section.
-std::string render_html(const boost::json::object& document, const FurtherDocuments& further = {});
+/// The page of a calibration document. It carries the documents and the measurements for download. What a
+/// document does not hold has no section.
+std::string render_html(const ReportDocument& document, const FurtherDocuments& further = {});
 
 /// The table of errors before and after each stage for a terminal, with the verdict below it, ending in a
 /// newline.
-///
-/// @param document  as for render_html
-std::string render_text(const boost::json::object& document);
+std::string render_text(const ReportDocument& document);
 
 /// Why a calibration must not be used, and what to do; empty: nothing is against it. By this a command ends
 /// with its exit code.
-///
-/// @param document  as for render_html
-std::string why_unusable(const boost::json::object& document);
+std::string why_unusable(const ReportDocument& document);
 
-/// The page of a production program that a model file judged, without a campaign. It carries the samples for
-/// download.
-///
-/// @param document  {"robot","model","production"}: names, and as record::production_json makes it
-std::string render_production_html(const boost::json::object& document);
-/// The same for a terminal, ending in a newline.
-std::string render_production_text(const boost::json::object& document);
-/// As why_unusable() says of a program; empty: nothing is against the model.
-std::string why_production_unusable(const boost::json::object& document);
+/// The page of a production program that a model file judged, without a campaign. It carries the document and
+/// the samples for download.
+std::string render_production_html(const record::ProductionDocument& document);
+/// What it comes to, for a terminal, ending in a newline.
+std::string production_text(const record::Production& production);
+/// Why the model must not correct the program, a clause; empty: nothing is against it.
+std::string why_refuted(const record::Production& production);
 
 /// A file that a page carries for download.
 struct EmbeddedFile {

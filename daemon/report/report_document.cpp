@@ -1,21 +1,15 @@
 #include "daemon/report/report_document.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <stdexcept>
-#include <utility>
-
-#include "daemon/report/json_node.hpp"
 
 namespace truepose::report {
 namespace {
 
-constexpr std::string_view kKind = "calibration document";
-
 record::CalibrationDocument read_record(const boost::json::object& document) {
   auto read = record::read_calibration_document(document);
-  if (!read) throw std::invalid_argument(std::string(kKind) + ": " + read.error());
+  if (!read) throw std::invalid_argument("calibration document: " + read.error());
   return *std::move(read);
 }
 
@@ -32,85 +26,53 @@ std::vector<Point> all_points(const record::CalibrationDocument& document) {
   return points;
 }
 
-/// Where the injected values are that a group of parameters should have: "base", "smr.NAME" (a reflector's
-/// name may hold dots) or "link2".
-std::optional<Node> truth_of_group(const Node& truth, std::string_view group) {
-  if (group == "base") return truth["base"];
-  if (group.starts_with("smr.")) {
-    const Node smr = truth["smr"];
-    return smr.exists() && smr[group.substr(4)].is_object() ? smr[group.substr(4)] : smr;
+/// The values that the parameters of a simulated arm should have.
+std::map<std::string, double> true_values(const record::CalibrationDocument& document) {
+  CalibratedCell cell;
+  cell.base = document.truth->base;
+  for (const auto& [a_mm, alpha_rad, d_mm, theta_rad, beta_rad] : document.truth->links)
+    cell.robot.joints.push_back(
+        {.a_mm = a_mm, .alpha_rad = alpha_rad, .d_mm = d_mm, .theta_rad = theta_rad, .beta_rad = beta_rad});
+  for (const IdentifiedParameter& parameter : document.parameters) {
+    const std::string& name = parameter.name;
+    if (name.starts_with("smr.") && name.ends_with(".x"))
+      cell.reflectors.push_back({name.substr(4, name.size() - 6), document.truth->p_FS_mm});
   }
-  if (!group.starts_with("link")) return std::nullopt;
-  std::size_t number = 0;
-  std::from_chars(group.data() + 4, group.data() + group.size(), number);
-  const std::vector<Node> links = truth["links"].elements_or_none();
-  return number >= 1 && number <= links.size() ? std::optional{links[number - 1]} : std::nullopt;
+  const std::vector<std::string> names = parameter_names(cell);
+  const Eigen::VectorXd values = parameter_values(cell);
+  std::map<std::string, double> result;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    result.emplace(names[i], values[static_cast<Eigen::Index>(i)]);
+  return result;
 }
 
-std::optional<double> truth_of(const Node& truth, std::string_view name) {
-  const std::size_t dot = name.rfind('.');
-  if (!truth.exists() || dot == std::string_view::npos) return std::nullopt;
-  const std::optional<Node> group = truth_of_group(truth, name.substr(0, dot));
-  if (!group || !group->exists()) return std::nullopt;
-  const Node value = (*group)[name.substr(dot + 1)];
-  return value.exists() ? std::optional{value.number()} : std::nullopt;
-}
-
-StageErrors errors_of(const record::Spread& spread) {
-  const auto statistics = [](const record::StageSpread& stage) {
-    return ErrorStatistics{.mean = stage.mean, .rms = stage.rms, .max = stage.max};
-  };
-  StageErrors errors;
-  errors.before = statistics(spread.before);
-  errors.geometric = statistics(spread.geometric);
-  errors.after = statistics(spread.after);
-  return errors;
-}
-
-/// The chosen first, the most useful at the top.
-LayerSelection ranked(LayerSelection selection) {
-  std::ranges::stable_sort(selection.tried, [](const LayerChoice& a, const LayerChoice& b) {
+/// The chosen first, the most useful at the top. A group's error is that with it added to the chosen ones, or
+/// taken from them if it is one.
+std::vector<LayerChoice> layers_of(const DeviationChoice& choice) {
+  std::vector<LayerChoice> layers;
+  for (const DeviationGain& group : choice.gains)
+    layers.push_back({.name = group.name,
+                      .chosen = group.chosen,
+                      .without_mm = group.chosen ? group.rms_mm : choice.rms_mm,
+                      .with_mm = group.chosen ? choice.rms_mm : group.rms_mm});
+  std::ranges::stable_sort(layers, [](const LayerChoice& a, const LayerChoice& b) {
     if (a.chosen != b.chosen) return a.chosen;
     return a.without_mm - a.with_mm > b.without_mm - b.with_mm;
   });
-  return selection;
-}
-
-LayerSelection layers_of(const DeviationChoice& choice) {
-  LayerSelection selection{choice.geometric_rms_mm, choice.rms_mm, {}};
-  // A group's error is that with it added to the chosen ones, or taken from them if it is one.
-  for (const DeviationGain& group : choice.gains) {
-    selection.tried.push_back({.name = group.name,
-                               .chosen = group.chosen,
-                               .without_mm = group.chosen ? group.rms_mm : choice.rms_mm,
-                               .with_mm = group.chosen ? choice.rms_mm : group.rms_mm});
-  }
-  return ranked(std::move(selection));
-}
-
-/// What `f` makes of it, if it exists.
-template <class T, class F>
-auto optionally(const std::optional<T>& value, F f) {
-  return value ? std::optional{f(*value)} : std::nullopt;
+  return layers;
 }
 
 }  // namespace
 
-ReportDocument read_document(const boost::json::object& document) {
-  ReportDocument result{read_record(document)};
-  if (result.prior && !result.prior->used) result.prior.reset();
-  result.all_points = all_points(result);
+ReportDocument::ReportDocument(const boost::json::object& document)
+    : CalibrationDocument{read_record(document)}, json{document}, all_points{report::all_points(*this)} {
+  if (prior && !prior->used) prior.reset();
   // Nothing looks good that was not judged.
-  if (!result.verdict) result.verdict = {{finding(FindingKind::NoVerdict, "the document has no verdict")}};
-  const Node truth = Node{document, kKind}["truth"];
-  for (const IdentifiedParameter& parameter : result.parameters) {
-    if (const auto value = truth_of(truth, parameter.name)) result.truth.emplace(parameter.name, *value);
-  }
-  result.spreads = optionally(result.spread, errors_of);
-  result.deviation_layers = optionally(result.non_geometric, layers_of);
-  result.nominal = optionally(result.arm, [](const record::Arm& arm) { return arm.robot(); });
-  result.X_WB = optionally(result.base, [](const BasePose& base) { return base.isometry(); });
-  return result;
+  if (!verdict) verdict = {{finding(FindingKind::NoVerdict, "the document has no verdict")}};
+  if (truth) true_values = report::true_values(*this);
+  if (non_geometric) deviation_layers = layers_of(*non_geometric);
+  if (arm) nominal = arm->robot();
+  if (base) X_WB = base->isometry();
 }
 
 std::size_t ReportDocument::geometric_parameters() const {

@@ -26,20 +26,19 @@ struct LayerChoice {
   double standard_error_mm = 0;  ///< of with_mm, 0 where not known
 };
 
-/// What was tried as one layer, the chosen first and the most useful at the top, and the error at unseen
-/// poses without any of it and, of joint deviations, with all that were chosen, mm.
-struct LayerSelection {
-  double without_mm = 0, with_mm = 0;
-  std::vector<LayerChoice> tried;
-};
-
 /// A calibration document with what the reports make of its parts. A prior that was not used is left out; a
 /// document without a verdict gets one that is red.
 struct ReportDocument : record::CalibrationDocument {
-  std::vector<Point> all_points;        ///< `points`, and those of folds behind them
-  std::map<std::string, double> truth;  ///< of parameters of a simulated arm, mm or rad
-  std::optional<StageErrors> spreads;   ///< standard deviations over the runs; of mean, max and rms alone
-  std::optional<LayerSelection> deviation_layers;
+  /// Throws std::invalid_argument with one sentence where a member is missing or of the wrong kind.
+  ///
+  /// @param document  must live as long as this
+  ReportDocument(const boost::json::object& document);
+
+  const boost::json::object& json;            ///< as it was given
+  std::vector<Point> all_points;              ///< `points`, and those of folds behind them
+  std::map<std::string, double> true_values;  ///< of parameters of a simulated arm, mm or rad
+  /// Groups of `non_geometric`, the chosen first and the most useful at the top.
+  std::vector<LayerChoice> deviation_layers;
   std::optional<RobotModel> nominal;
   std::optional<Eigen::Isometry3d> X_WB;  ///< identified
 
@@ -58,10 +57,6 @@ struct ReportDocument : record::CalibrationDocument {
   const ErrorStatistics& achieved() const { return remeasured ? *remeasured : judged().after; }
   bool improved() const { return improves(judged().before, achieved()); }
 };
-
-/// Reads a calibration document, extended as render_html says. Throws std::invalid_argument with one sentence
-/// where a member is missing or of the wrong kind.
-ReportDocument read_document(const boost::json::object& document);
 
 /// Whether the layers after the geometric stage changed anything.
 bool has_layers(const StageErrors& stages);

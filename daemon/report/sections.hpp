@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/report/report_document.hpp"
+#include "daemon/report/report.hpp"
 
 namespace truepose::report {
 
@@ -54,13 +54,13 @@ std::string frame_section(const boost::json::object& document);
 struct Figure {
   std::string_view axis, name;
   double (*of)(const ErrorStatistics&);
-  bool spreads = false;  ///< over the runs of a validation, so that a Spread knows it
+  double record::StageSpread::*spread = nullptr;  ///< over the runs of a validation
 };
 inline constexpr std::array kFigures{
-    Figure{"3-D", "mean", [](const ErrorStatistics& s) { return s.mean; }, true},
-    Figure{"3-D", "max", [](const ErrorStatistics& s) { return s.max; }, true},
+    Figure{"3-D", "mean", [](const ErrorStatistics& s) { return s.mean; }, &record::StageSpread::mean},
+    Figure{"3-D", "max", [](const ErrorStatistics& s) { return s.max; }, &record::StageSpread::max},
     Figure{"3-D", "min", [](const ErrorStatistics& s) { return s.min; }},
-    Figure{"3-D", "RMS", [](const ErrorStatistics& s) { return s.rms; }, true},
+    Figure{"3-D", "RMS", [](const ErrorStatistics& s) { return s.rms; }, &record::StageSpread::rms},
     Figure{"3-D", "std", [](const ErrorStatistics& s) { return s.std; }},
     Figure{"x", "mean |x|", [](const ErrorStatistics& s) { return s.x.mean_abs; }},
     Figure{"x", "max |x|", [](const ErrorStatistics& s) { return s.x.max_abs; }},
@@ -74,7 +74,7 @@ inline constexpr std::array kFigures{
 struct Stage {
   std::string_view name, color;
   const ErrorStatistics* errors;
-  const ErrorStatistics* spread = nullptr;  ///< over the runs of the validation, where there were several
+  const record::StageSpread* spread = nullptr;  ///< over the runs of the validation, where there were several
 };
 /// The stages that the document tells apart, from before the calibration on.
 std::vector<Stage> stages_of(const ReportDocument& document, PoseSet set);
@@ -118,13 +118,6 @@ std::string time_text(const std::string& rfc3339);
 /// The points of a calibration document as a measurement file, from which `truepose calibrate` with the
 /// document's arm comes to the same result; empty where an older document does not say where they were.
 std::string measurements_csv(const std::vector<record::Point>& points);
-/// The distance from the wanted path with and without the lag of the drives, and that lag; empty where no
-/// path was judged.
-std::string path_text(const record::Production& production);
-/// Both for a terminal, ending in a newline.
-std::string production_text(const record::Production& production);
-/// Why the model must not correct the program, a clause; empty: nothing is against it.
-std::string why_refuted(const record::Production& production);
 /// Title and content of the section of a production program.
 std::string production_section(const record::Production& production);
 /// The samples of a production program, mm in the robot's base frame.

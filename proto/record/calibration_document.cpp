@@ -326,6 +326,11 @@ void layout(Io& io, Production& x) {
   io.about("how the axes follow what they are given, where they were recorded").optional("lag", x.path.lag);
   io("samples", x.path.samples);
 }
+void layout(Io& io, ProductionDocument& x) {
+  io("robot", x.robot);
+  io("model", x.model);
+  io("production", x.production);
+}
 void layout(Io& io, Run& x) {
   io.optional("seed", x.seed);
   io.optional("fold", x.fold, kNumber);
@@ -420,12 +425,9 @@ json::object verdict_json(const CalibrationVerdict& verdict) {
 
 json::object noise_json(const MeasurementNoise& noise) { return to_json(StatedNoise::Form{noise}); }
 
-json::object production_json(const ProductionPath& path) {
-  return to_json(Production{path, path_accuracy(path.samples)});
-}
-
-std::expected<Production, std::string> read_production(const json::object& production) {
-  return from_json<Production>(production);
+Production production_of(ProductionPath path) {
+  PathAccuracy accuracy = path_accuracy(path.samples);
+  return {std::move(path), std::move(accuracy)};
 }
 
 json::object calibration_document(const CalibrationDocument& document) {

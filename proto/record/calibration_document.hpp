@@ -122,11 +122,21 @@ struct Stream {
   } turnaround_us;  ///< from a datagram's arrival to its reply
 };
 
-/// How a production program went under correction.
+/// How a production program went under correction: mm, the lag's members where the axes were recorded.
 struct Production {
   ProductionPath path;
   PathAccuracy accuracy;
 };
+void layout(Io& io, Production& x);
+Production production_of(ProductionPath path);
+
+/// A production program that a model file judged, without a campaign: `truepose report --path --json` prints
+/// it.
+struct ProductionDocument {
+  std::string robot, model;
+  Production production;
+};
+void layout(Io& io, ProductionDocument& x);
 
 /// What warmth does to the arm, and what knowing it bought.
 struct Thermal {
@@ -164,6 +174,7 @@ struct Truth {
   Eigen::Vector3d p_FS_mm{0, 0, 0};
   std::vector<TrueLink> links;
 };
+void layout(Io& io, Truth& x);
 
 struct CalibrationDocument {
   Method method = Method::TwoStage;
@@ -225,16 +236,6 @@ boost::json::object noise_json(const MeasurementNoise& noise);
 
 /// {"color","findings":[{"severity","code","sentence","what_to_do"}]}, the gravest first.
 boost::json::object verdict_json(const CalibrationVerdict& verdict);
-
-/// What a calibration document says of a production program as its member "production":
-/// {"program","points":{"count","with":{"mean","p95","max"},"without":{..}},"points_partly_corrected",
-/// "path":{as points},"path_lagged":{"mean","p95","max"},"lag":{"axes":[{"dead_time_s","time_constant_s",
-/// "identified"}],"residual_deg"},"samples":[{"time_s","point","gain_percent","wanted","with","without",
-/// "lagged"}]}, mm; the lag's members where the axes were recorded.
-boost::json::object production_json(const ProductionPath& path);
-
-/// Reads that member. @return it, or one sentence that names what is wrong
-std::expected<Production, std::string> read_production(const boost::json::object& production);
 
 boost::json::object calibration_document(const CalibrationDocument& document);
 

@@ -28,6 +28,8 @@
 #include "proto/control/json_text.hpp"
 #include "proto/eki/messages.hpp"
 #include "proto/krl/lexer.hpp"
+#include "proto/record/calibration_document.hpp"
+#include "proto/record/json_io.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/host_address.hpp"
 #include "tools/sim/rsi_datagrams.hpp"
@@ -42,6 +44,7 @@ namespace json = boost::json;
 namespace config = truepose::config;
 namespace control = truepose::control;
 namespace eki = truepose::eki;
+namespace record = truepose::record;
 namespace rsi = truepose::rsi;
 namespace sim = truepose::sim;
 namespace steering = truepose::steering;
@@ -139,26 +142,12 @@ void choose_rsi_target(Options& options, const rsi::EthernetConfig& ethernet) {
   options.cell.rsi_port = port;
 }
 
+/// What was injected, mm and rad.
 json::object truth(const config::Scenario& scenario) {
-  const Eigen::Vector3d p = scenario.X_WB.translation();
-  const Eigen::Vector3d angles = truepose::angles_zyx(scenario.X_WB.linear());
-  const Eigen::Vector3d& smr = scenario.p_FS_mm;
-  json::array links;
-  for (const truepose::Joint& joint : scenario.truth.joints) {
-    links.push_back(json::object{{"a", joint.a_mm},
-                                 {"alpha", joint.alpha_rad},
-                                 {"d", joint.d_mm},
-                                 {"theta", joint.theta_rad},
-                                 {"beta", joint.beta_rad}});
-  }
-  return {{"base", json::object{{"x", p.x()},
-                                {"y", p.y()},
-                                {"z", p.z()},
-                                {"rx", angles.x()},
-                                {"ry", angles.y()},
-                                {"rz", angles.z()}}},
-          {"smr", json::object{{"x", smr.x()}, {"y", smr.y()}, {"z", smr.z()}}},
-          {"links", std::move(links)}};
+  record::Truth truth{truepose::BasePose::of(scenario.X_WB), scenario.p_FS_mm, {}};
+  for (const truepose::Joint& joint : scenario.truth.joints)
+    truth.links.push_back({joint.a_mm, joint.alpha_rad, joint.d_mm, joint.theta_rad, joint.beta_rad});
+  return record::to_json(truth);
 }
 
 json::object turnaround_us(const sim::TurnaroundHistogram& turnaround) {
@@ -194,10 +183,6 @@ json::object rsi_json(const sim::RsiStatistics& statistics) {
                         {"answered", statistics.second_senders.answered},
                         {"max_step_deg", statistics.second_senders.max_step_rad * truepose::kDegPerRad}}}};
 }
-
-/// The injected truth, mm and rad: {"base": {x,y,z,rx,ry,rz}, "smr": {x,y,z}, "links":
-/// [{a,alpha,d,theta,beta}...]}.
-std::string truth_json(const config::Scenario& scenario) { return control::json_text(truth(scenario)); }
 
 /// What the cell did, with the truth: {"rsi": {...}, "moves", "measurements", "truth": {...}}.
 std::string statistics_json(const sim::CellStatistics& statistics, const config::Scenario& scenario) {
@@ -298,7 +283,8 @@ int run(Options options) {
     }
   }
 
-  if (!options.truth_file.empty()) config::write_text_file(options.truth_file, truth_json(scenario) + "\n");
+  if (!options.truth_file.empty())
+    config::write_text_file(options.truth_file, control::json_text(truth(scenario)) + "\n");
   if (!options.ready_file.empty())
     config::write_text_file(options.ready_file,
                             ready_text(cell.ports(), options.cell.bridge_port.has_value(), admin) + "\n");

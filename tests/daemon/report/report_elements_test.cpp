@@ -1,12 +1,10 @@
-// What pages are made of: tables, plots and the kinds of charts, and how documents are read for them.
+// What pages are made of: tables, plots and the kinds of charts.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <boost/json.hpp>
 #include <cmath>
 #include <numbers>
 #include <pugixml.hpp>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,7 +12,6 @@
 #include "config/text_file.hpp"
 #include "core/math/random.hpp"
 #include "daemon/report/charts.hpp"
-#include "daemon/report/json_node.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/report/sections.hpp"
 #include "tests/daemon/page.hpp"
@@ -22,11 +19,9 @@
 namespace truepose::report {
 namespace {
 
-namespace json = boost::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
-using testing::ThrowsMessage;
 
 TEST(PageTable, SetsAColumnApartInItsHeadingAsInItsCells) {
   Table table{"sizes", {{}, {"mean", "strong"}, {"max", "text first"}}};
@@ -87,44 +82,6 @@ TEST(RawData, IsEncodedInTheLinkItself) {
                                               "about it"}});
   EXPECT_THAT(html, HasSubstr("href=\"data:text/plain;base64,AP9hYg==\""));
   EXPECT_THAT(html, HasSubstr("download=\"&lt;f&gt;.txt\""));
-}
-
-const json::object& nested() {
-  static const json::value document = json::parse(
-      R"({"a": {"b": [{"c": 1.5}, {"c": "text"}]}, "whole": 7, "large": 18446744073709551615, "null": null,
-          "list": [1, 2], "p": {"x": 1, "y": 2, "z": 3}})");
-  return document.as_object();
-}
-
-TEST(JsonNode, NamesThePathToWhatIsMissingOrOfAnotherKind) {
-  const Node node{nested(), "test document"};
-  EXPECT_EQ(node["a"]["b"].elements()[0]["c"].number(), 1.5);
-  EXPECT_THAT([&] { node["a"]["b"].elements()[1]["c"].number(); },
-              ThrowsMessage<std::invalid_argument>("test document: 'a.b[1].c' is not a number"));
-  EXPECT_THAT([&] { node["a"]["nothing"].text(); },
-              ThrowsMessage<std::invalid_argument>("test document: 'a.nothing' is not a text"));
-  EXPECT_THAT([&] { node["whole"]["deeper"].text(); },
-              ThrowsMessage<std::invalid_argument>("test document: 'whole' is not an object"));
-  EXPECT_THAT([&] { node["list"].vector(); },
-              ThrowsMessage<std::invalid_argument>("test document: 'list' is not an array of three numbers"));
-}
-
-TEST(JsonNode, ReadsWhatMayBeMissing) {
-  const Node node{nested(), "test document"};
-  EXPECT_FALSE(node["nothing"].exists());
-  EXPECT_TRUE(node["nothing"].elements_or_none().empty());
-  EXPECT_THAT(node["list"].numbers(), ElementsAre(1, 2));
-  EXPECT_THROW(node["nothing"].numbers(), std::invalid_argument);
-}
-
-TEST(JsonNode, TellsWholeNumbersFromOthersOverAllTheirBits) {
-  const Node node{nested(), "test document"};
-  EXPECT_EQ(node["large"].natural(), 18446744073709551615U);
-  EXPECT_EQ(node["whole"].natural(), 7U);
-  EXPECT_THROW(node["large"].integer(), std::invalid_argument);
-  EXPECT_THROW(node["a"]["b"].elements()[0]["c"].integer(), std::invalid_argument);
-  EXPECT_TRUE(node["null"].is_null());
-  EXPECT_FALSE(node["nothing"].is_null());
 }
 
 TEST(Axis, HasTheRoundNumbersWithinItsRangeWhicheverWayItRuns) {

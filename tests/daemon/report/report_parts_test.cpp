@@ -79,7 +79,7 @@ TEST(ReportConditions, SayHowFarTheReferencePoseDrifted) {
 
 TEST(ReportVerdict, SaysWhatToDo) {
   using enum Verdict::Kind;
-  const auto verdict = [](const json::object& document) { return verdict_of(read_document(document)); };
+  const auto verdict = [](const json::object& document) { return verdict_of(document); };
   EXPECT_EQ(verdict(full_document(6)).kind, Use);
   json::object document = full_document(6);
   document["verdict"] = {{"color", "amber"},

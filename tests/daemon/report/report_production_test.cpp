@@ -11,7 +11,7 @@
 
 #include "daemon/report/report.hpp"
 #include "daemon/report/sections.hpp"
-#include "proto/record/calibration_document.hpp"
+#include "proto/record/json_io.hpp"
 #include "tests/daemon/page.hpp"
 #include "tests/daemon/sample_document.hpp"
 #include "tests/daemon/sample_path.hpp"
@@ -29,12 +29,12 @@ constexpr const char* kSectionOfProgram = "//section[starts-with(h2, 'Production
 
 json::object document_of(const ProductionPath& path) {
   json::object document = full_document(6);
-  document["production"] = record::production_json(path);
+  document["production"] = record::to_json(record::production_of(path));
   return document;
 }
 
 Verdict verdict_on(const ProductionPath& path) {
-  return production_verdict(*read_document(document_of(path)).production);
+  return production_verdict(*ReportDocument{document_of(path)}.production);
 }
 
 /// The path of the sample with what `change` makes of each of its samples.
@@ -228,7 +228,7 @@ TEST(ReportProduction, IsNoGreenerThanWhatWasMeasured) {
 
 TEST(ReportProduction, RefusesTheModelWhereTheCorrectionBringsTheTcpNoNearer) {
   const json::object document = document_of(changed([](PathSample& sample) { sample.with_mm.z() += 3; }));
-  const Verdict verdict = verdict_of(read_document(document));
+  const Verdict verdict = verdict_of(document);
   EXPECT_EQ(verdict.kind, Verdict::Kind::Refuse);
   EXPECT_THAT(verdict.sentence, HasSubstr("Do not correct GLUING by this model"));
   EXPECT_EQ(why_unusable(document), "in production (GLUING) the correction brings the arm no nearer");

@@ -231,15 +231,15 @@ void describe(json::object& document, const CalibrateCommand& command, const Rob
   for (const auto& [name, words] : record::options_in_words(options_of(command))) options[name] = words;
 }
 
-void print_summary(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome) {
+void print_summary(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome,
+                   const report::ReportDocument& document) {
   const Calibration& calibration = outcome.calibration;
   std::printf("%s: %s, %d coarse and %d fine iterations, rank %d, condition %.1f\n", robot.name.c_str(),
-              outcome.document.at("converged").as_bool() ? "converged" : "not converged",
-              calibration.coarse_iterations, calibration.fine_iterations, calibration.rank,
-              calibration.observability.condition());
+              document.converged ? "converged" : "not converged", calibration.coarse_iterations,
+              calibration.fine_iterations, calibration.rank, calibration.observability.condition());
   if (command.repeat > 1)
     std::printf("All but the validation is that of the first of %d splits.\n", command.repeat);
-  std::printf("\n%s", report::render_text(outcome.document).c_str());
+  std::printf("\n%s", report::render_text(document).c_str());
 }
 
 /// Options that would have no effect, or another than the data ask for.
@@ -276,19 +276,20 @@ int run_calibrate(const CalibrateCommand& command) {
   const CalibrationVerdict verdict = verdict_on(command, robot, outcome);
   outcome.document["verdict"] = record::verdict_json(verdict);
   describe(outcome.document, command, robot);
+  const report::ReportDocument document{outcome.document};
 
   if (!command.out_file.empty()) {
     config::write_text_file(command.out_file, config::model_yaml(model_of(command, robot, outcome, verdict)));
   }
   if (!command.report_file.empty()) {
-    config::write_text_file(command.report_file, report::render_html(outcome.document));
+    config::write_text_file(command.report_file, report::render_html(document));
   }
   if (command.as_json) {
     std::cout << control::json_text(outcome.document) << '\n';
   } else {
-    print_summary(command, robot, outcome);
+    print_summary(command, robot, outcome, document);
   }
-  if (const std::string why = report::why_unusable(outcome.document); !why.empty())
+  if (const std::string why = report::why_unusable(document); !why.empty())
     throw CommandError{kFailed, data_names(command) + ": " + why};
   return kDone;
 }

@@ -1,6 +1,5 @@
 #include "tools/truepose/online/path_report.hpp"
 
-#include <boost/json.hpp>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -10,13 +9,11 @@
 #include "config/text_file.hpp"
 #include "daemon/report/report.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/record/calibration_document.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 
 namespace truepose::tools {
 namespace {
-
-namespace json = boost::json;
 
 config::PathFrame frame_of(const std::filesystem::path& robot, const std::filesystem::path& model_file) {
   RobotModel nominal = config::load_robot(robot);
@@ -32,19 +29,18 @@ config::PathFrame frame_of(const std::filesystem::path& robot, const std::filesy
 
 int report_path(const OnlineOptions& online, const ReportOptions& options) {
   const config::PathFrame frame = frame_of(options.robot, options.model);
-  const json::object document{
-      {"robot", frame.nominal.name},
-      {"model", options.model.string()},
-      {"production", record::production_json(config::load_production_path(options.path, frame))}};
+  const record::ProductionDocument document{
+      frame.nominal.name, options.model.string(),
+      record::production_of(config::load_production_path(options.path, frame))};
   const std::string html = report::render_production_html(document),
-                    table = report::render_production_text(document);
-  const std::string text = control::json_text(document) + "\n";
+                    table = report::production_text(document.production),
+                    text = control::json_text(record::to_json(document)) + "\n";
   std::vector<config::TextFile> files;
   if (!options.html.empty()) files.push_back({options.html, html});
   if (!options.json.empty()) files.push_back({options.json, text});
   config::write_together(files);
   std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
-  if (std::string why = report::why_production_unusable(document); !why.empty())
+  if (std::string why = report::why_refuted(document.production); !why.empty())
     throw CommandError{kFailed, std::move(why)};
   return kDone;
 }

@@ -9,7 +9,7 @@
 #include "config/text_file.hpp"
 #include "daemon/report/report.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/record/calibration_document.hpp"
+#include "proto/record/json_io.hpp"
 #include "proto/rpc/stream.hpp"
 #include "tools/truepose/online/campaign_source.hpp"
 #include "tools/truepose/online/online_commands.hpp"
@@ -56,8 +56,8 @@ json::object production_of(const std::filesystem::path& file, const json::object
     throw CommandError{
         kBadInput,
         file.string() + ": can only be judged by a calibration with its arm, a base and one reflector"};
-  return record::production_json(config::load_production_path(
-      file, {calibration->base->isometry(), calibration->smr.front().p_FS_mm, calibration->arm->robot()}));
+  return record::to_json(record::production_of(config::load_production_path(
+      file, {calibration->base->isometry(), calibration->smr.front().p_FS_mm, calibration->arm->robot()})));
 }
 
 }  // namespace
@@ -69,17 +69,17 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
   if (!options.path.empty()) document["production"] = production_of(options.path, document);
   const auto iso9283 = read_if_given(options.iso9283), frame = read_if_given(options.frame);
   // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
+  const report::ReportDocument read{document};
   const std::string html =
-      report::render_html(document, {iso9283 ? &*iso9283 : nullptr, frame ? &*frame : nullptr});
-  const std::string table = report::render_text(document);
+      report::render_html(read, {iso9283 ? &*iso9283 : nullptr, frame ? &*frame : nullptr});
+  const std::string table = report::render_text(read);
   const std::string text = control::json_text(document) + "\n";
   std::vector<config::TextFile> files;
   if (!options.html.empty()) files.push_back({options.html, html});
   if (!options.json.empty()) files.push_back({options.json, text});
   config::write_together(files);
   std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
-  if (std::string why = report::why_unusable(document); !why.empty())
-    throw CommandError{kFailed, std::move(why)};
+  if (std::string why = report::why_unusable(read); !why.empty()) throw CommandError{kFailed, std::move(why)};
   return kDone;
 } catch (const CommandError& error) {
   throw without_daemon(error, options.path);
