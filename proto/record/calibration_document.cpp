@@ -415,10 +415,6 @@ void layout(Io& io, CalibrationDocument& x) {
   io.about("what a simulated arm really is").optional("truth", x.truth);
 }
 
-json::object statistics_json(const ErrorStatistics& statistics) { return to_json(statistics); }
-
-json::object stages_json(const StageErrors& stages) { return to_json(stages); }
-
 json::object verdict_json(const CalibrationVerdict& verdict) {
   return to_json(ColoredVerdict{}.form_of(verdict));
 }

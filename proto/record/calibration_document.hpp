@@ -225,10 +225,9 @@ struct CalibrationDocument {
 /// Error statistics as every document of ours carries them, mm:
 /// {"mean","rms","max","min","std","x":{"mean_abs","rms","max"},"y":{..},"z":{..}}.
 void layout(Io& io, ErrorStatistics& x);
-boost::json::object statistics_json(const ErrorStatistics& statistics);
 
 /// The errors of one set of points as documents carry them: {"poses","points","before","geometric","after"}.
-boost::json::object stages_json(const StageErrors& stages);
+void layout(Io& io, StageErrors& x);
 
 /// {"range_mm","transverse_mm_per_m","repeatability_mm"[,"range_mm_per_m","transverse_mm"]}, one standard
 /// deviation each; the last two where they are not 0.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "proto/record/calibration_content.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::report {
 namespace {
@@ -112,7 +113,7 @@ json::object full_document(int points) {
   std::mt19937 random{kSeed};
   json::object document = sample(random, points, true);
   const std::vector<Eigen::Vector3d> remeasured = random_errors(random, points, 0.3);
-  document["remeasured"] = record::statistics_json(statistics(remeasured));
+  document["remeasured"] = record::to_json(statistics(remeasured));
   json::array list;
   for (const Eigen::Vector3d& e : remeasured) {
     const int pose = points + 1 + static_cast<int>(list.size());

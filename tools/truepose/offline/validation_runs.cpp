@@ -14,6 +14,7 @@
 #include "core/data/measurement.hpp"
 #include "core/math/parallel.hpp"
 #include "proto/record/calibration_document.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -187,7 +188,7 @@ Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, in
   all.calibration.validate = unseen.statistics(poses);
   all.distances2.clear();
   for (const auto& of_fold : distances2) std::ranges::copy(of_fold, std::back_inserter(all.distances2));
-  all.document["validate"] = record::stages_json(*all.calibration.validate);
+  all.document["validate"] = record::to_json(*all.calibration.validate);
   all.document["fold_points"] = std::move(unseen).documents();
   std::move(runs).describe(all.document, "folds", all.calibration.converged);
   return all;
