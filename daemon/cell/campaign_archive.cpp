@@ -200,8 +200,9 @@ Answer<rpc::ReportGet> report_answer(const CampaignRecord& record, std::size_t o
   auto document = control::parse_json(record.document);
   if (!document)
     return std::unexpected(RpcError{ErrorCode::Internal, "the stored document: " + document.error()});
-  const std::size_t total = page_points(document->as_object(), offset, limit);
-  return rpc::ReportGet::Result{.id = record.id, .document = *std::move(document), .points_total = total};
+  json::object& page = document->as_object();
+  const std::size_t total = page_points(page, offset, limit);
+  return rpc::ReportGet::Result{.id = record.id, .document = std::move(page), .points_total = total};
 }
 
 namespace {

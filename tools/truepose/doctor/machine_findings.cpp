@@ -14,7 +14,7 @@ constexpr double kLittle_MB = 1000, kTooLittle_MB = 50;
 using Kind = FindingKind;
 
 /// As the kernel tells it of the daemon that runs.
-Finding thread_finding(Level level, const rpc::StreamStatus::Scheduling& thread) {
+Finding thread_finding(Level level, const rpc::StreamScheduling& thread) {
   const std::string priority = std::to_string(thread.priority);
   if (thread.policy == "SCHED_FIFO")
     return good("machine", "the daemon's real-time thread runs under " + thread.policy + " " + priority);

@@ -131,7 +131,7 @@ std::string measured_line(const rpc::PointMeasured& x) {
 std::string model_line(const rpc::ModelChanged& x) { return x.change + " " + x.model.id; }
 
 std::string fault_line(const rpc::FaultChanged& x) {
-  return (x.active ? "" : "gone: ") + shown(x.code) + ": " + shown(x.text);
+  return (x.active ? "" : "gone: ") + shown(x.fault.code) + ": " + shown(x.fault.text);
 }
 
 std::string control_line(const rpc::ControlChanged& x) {
@@ -282,10 +282,10 @@ std::string percentiles_text(const rpc::Percentiles& us) {
 }
 
 /// "SCHED_FIFO 80 on CPU 0 1 2 3, 71234 kB locked"
-std::string scheduling_text(const std::optional<rpc::StreamStatus::Scheduling>& thread) {
+std::string scheduling_text(const std::optional<rpc::StreamScheduling>& thread) {
   if (!thread) return "-";
   std::string line = thread->policy + ' ' + shown(thread->priority) + " on CPU";
-  for (const std::uint64_t cpu : thread->cpus) line += ' ' + shown(cpu);
+  for (const int cpu : thread->cpus) line += ' ' + shown(cpu);
   return line + ", " + shown(thread->locked_kB) + " kB locked";
 }
 
@@ -304,8 +304,9 @@ std::string acknowledged_text(const rpc::AuditAcknowledge::Result& answer) {
 
 std::string control_text(const rpc::Control& control) {
   if (!control.holder) return "no client has control: commands of every role are carried out\n";
-  return *control.holder + " (" + shown(control.role) + ") has control, for " + shown(control.left_s) +
-         " s more unless it is renewed\n";
+  const std::string role{control.role ? control::name(*control.role) : "-"};
+  const std::string left = control.left_s ? std::to_string(control.left_s->count()) : "-";
+  return *control.holder + " (" + role + ") has control, for " + left + " s more unless it is renewed\n";
 }
 
 std::string audit_text(const rpc::AuditList::Result& list) {

@@ -75,7 +75,7 @@ std::expected<RpcClient, CommandError> RpcClient::connect(const DaemonAddress& a
 /// @param request  with what shows who asks
 std::expected<json::value, CommandError> RpcClient::hello(rpc::SessionHello request) {
   request.protocol = 1;
-  request.heartbeat_s = static_cast<int>(kHeartbeat.count());
+  request.heartbeat_s = kHeartbeat;
   return call(rpc::SessionHello::method().name, record::to_json(request), kHelloPatience);
 }
 
