@@ -112,38 +112,49 @@ std::optional<Value> find(const std::array<Named<Value>, N>& table, std::string_
   return found == table.end() ? std::nullopt : std::optional{found->value};
 }
 
-/// `first`, then the members.
-std::string line_of(json::object first, json::object members) {
-  for (auto& [key, value] : members) first[key] = std::move(value);
-  return control::json_text(first);
-}
-
-json::string text_of(std::string_view text) {
-  return json::string{json::string_view{text.data(), text.size()}};
-}
-
 BadRequestReply bad_request_reply(std::optional<std::int64_t> id, ErrorCode code, std::string text) {
   return {id, Refusal::of(code, std::move(text))};
 }
 
-/// Of a request or an answer: a whole number of 1 or more.
-std::optional<std::int64_t> id_of(const json::object& line) {
-  const json::value* id = line.if_contains("id");
-  if (id == nullptr || !id->is_int64() || id->get_int64() < 1) return std::nullopt;
-  return id->get_int64();
+/// How the line of a request begins.
+struct RequestHead {
+  std::int64_t id = 0;
+  std::string name;
+};
+void layout(record::Io& io, RequestHead& x) {
+  io("id", x.id, record::Whole{1, INT64_MAX});
+  io("do", x.name);
+}
+
+/// The same of what a bridge sends.
+struct BridgeHead {
+  std::optional<std::int64_t> id;  ///< none in a refusal of what could not be read
+  std::optional<bool> ok;
+  std::optional<std::string> event{};
+};
+void layout(record::Io& io, BridgeHead& x) {
+  io.nullable("id", x.id, record::Whole{1, INT64_MAX});
+  io.optional("ok", x.ok);
+  io.optional("event", x.event);
+}
+
+std::string line_of(const auto& head, const json::object& members) {
+  json::object line = record::to_json(head);
+  line.insert(members.begin(), members.end());
+  return control::json_text(line);
 }
 
 /// The request of the kind at this place among all.
 template <std::size_t kKind = 0>
 std::expected<Asked, BadRequestReply> decode_kind(std::int64_t id, std::string_view name,
-                                                  const json::object& line) {
+                                                  const json::value& line) {
   if constexpr (kKind == std::variant_size_v<Request>) {
     return std::unexpected(
         bad_request_reply(id, ErrorCode::NotOffered, "there is no request \"" + std::string{name} + "\""));
   } else {
     using Kind = std::variant_alternative_t<kKind, Request>;
     if (name != Kind::kName) return decode_kind<kKind + 1>(id, name, line);
-    auto request = record::from_json<Kind>(json::value(line));
+    auto request = record::from_json<Kind>(line);
     if (!request)
       return std::unexpected(bad_request_reply(id, ErrorCode::BadRequest,
                                                std::string{name} + ": " + std::move(request.error())));
@@ -183,59 +194,43 @@ ErrorCode Refusal::meaning() const { return find(kErrorCodes, code).value_or(Err
 std::optional<EventKind> Event::kind() const { return find(kEvents, event); }
 
 std::string request_line(std::int64_t id, std::string_view name, json::object members) {
-  return line_of({{"id", id}, {"do", text_of(name)}}, std::move(members));
+  return line_of(RequestHead{id, std::string{name}}, members);
 }
 
 std::string answer_line(std::int64_t id, json::object members) {
-  return line_of({{"id", id}, {"ok", true}}, std::move(members));
+  return line_of(BridgeHead{id, true}, members);
 }
 
 std::string encode_refusal(std::optional<std::int64_t> id, const Refusal& refusal) {
-  return line_of({{"id", id ? json::value(*id) : json::value()}, {"ok", false}}, record::to_json(refusal));
+  return line_of(BridgeHead{id, false}, record::to_json(refusal));
 }
 
-std::string encode(const Event& event) { return line_of({}, record::to_json(event)); }
+std::string encode(const Event& event) { return control::json_text(record::to_json(event)); }
 
 std::expected<Asked, BadRequestReply> decode_request(std::string_view line) {
   const auto parsed = control::parse_json(line);
   if (!parsed) return std::unexpected(bad_request_reply(std::nullopt, ErrorCode::BadRequest, parsed.error()));
-  const json::object* object = parsed->if_object();
-  if (object == nullptr)
-    return std::unexpected(
-        bad_request_reply(std::nullopt, ErrorCode::BadRequest, "expected one JSON object a line"));
-  const auto id = id_of(*object);
-  if (!id)
-    return std::unexpected(
-        bad_request_reply(std::nullopt, ErrorCode::BadRequest, "id: expected a whole number of 1 or more"));
-  const json::value* name = object->if_contains("do");
-  if (name == nullptr || !name->is_string())
-    return std::unexpected(
-        bad_request_reply(id, ErrorCode::BadRequest, "do: expected the name of a request"));
-  return decode_kind(*id, {name->get_string().data(), name->get_string().size()}, *object);
+  RequestHead head;
+  const auto read = record::read_json(*parsed, "", record::Others::Passed, [&](auto& io) { io.value(head); });
+  if (read) return decode_kind(head.id, head.name, *parsed);
+  const auto id = head.id > 0 ? std::optional{head.id} : std::nullopt;
+  return std::unexpected(bad_request_reply(id, ErrorCode::BadRequest, read.error().text));
 }
 
 std::expected<FromBridge, std::string> decode_from_bridge(std::string_view line) {
   auto parsed = control::parse_json(line);
   if (!parsed) return std::unexpected(std::move(parsed.error()));
-  json::object* object = parsed->if_object();
-  if (object == nullptr) return std::unexpected("expected one JSON object a line");
-  if (object->contains("event")) {
-    auto event = record::from_json<Event>(*parsed);
-    if (!event) return std::unexpected(std::move(event.error()));
-    return *std::move(event);
-  }
-  const json::value* ok = object->if_contains("ok");
-  if (ok == nullptr || !ok->is_bool()) return std::unexpected("expected an event, or ok: true or false");
-  Reply reply{id_of(*object), {}};
-  if (ok->get_bool()) {
-    if (!reply.id) return std::unexpected("id: expected that of the request");
-    reply.outcome = std::move(*object);
-    return reply;
+  const auto head = record::from_json<BridgeHead>(*parsed);
+  if (!head) return std::unexpected(head.error());
+  if (head->event) return record::from_json<Event>(*parsed);
+  if (!head->ok) return std::unexpected("expected an event, or ok: true or false");
+  if (*head->ok) {
+    if (!head->id) return std::unexpected("id: expected that of the request");
+    return Reply{head->id, std::move(parsed->as_object())};
   }
   auto refusal = record::from_json<Refusal>(*parsed);
   if (!refusal) return std::unexpected(std::move(refusal.error()));
-  reply.outcome = std::unexpected(*std::move(refusal));
-  return reply;
+  return Reply{head->id, std::unexpected(*std::move(refusal))};
 }
 
 }  // namespace truepose::bridge

@@ -1,5 +1,6 @@
 #include "proto/record/calibration_document.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -419,8 +420,6 @@ json::object verdict_json(const CalibrationVerdict& verdict) {
   return to_json(ColoredVerdict{}.form_of(verdict));
 }
 
-json::object noise_json(const MeasurementNoise& noise) { return to_json(StatedNoise::Form{noise}); }
-
 Production production_of(ProductionPath path) {
   PathAccuracy accuracy = path_accuracy(path.samples);
   return {std::move(path), std::move(accuracy)};
@@ -429,6 +428,36 @@ Production production_of(ProductionPath path) {
 json::object calibration_document(const CalibrationDocument& document) {
   json::object json = to_json(document);
   assert(is_finite(json));  // a calibration that got elsewhere must have failed before
+  return json;
+}
+
+namespace {
+
+/// The mean of every number over records of the same shape (objects of numbers and such objects).
+json::value mean_of(const json::array& records) {
+  if (records[0].is_object()) {
+    json::object mean;
+    for (const auto& member : records[0].get_object()) {
+      json::array values;
+      for (const json::value& record : records) values.push_back(record.at(member.key()));
+      mean[member.key()] = mean_of(values);
+    }
+    return mean;
+  }
+  double sum = 0;
+  for (const json::value& number : records) sum += number.to_number<double>();
+  // A count that is the same everywhere stays a whole number.
+  const bool all_equal = std::ranges::count(records, records[0]) == std::ssize(records);
+  return all_equal ? records[0] : json::value(sum / static_cast<double>(records.size()));
+}
+
+}  // namespace
+
+json::object calibration_document_over_splits(const CalibrationDocument& document) {
+  std::vector<StageErrors> validations;
+  for (const Run& run : document.splits) validations.push_back(run.validate);
+  json::object json = calibration_document(document);
+  json["validate"] = mean_of(to_json(validations));
   return json;
 }
 

@@ -229,14 +229,12 @@ void layout(Io& io, ErrorStatistics& x);
 /// The errors of one set of points as documents carry them: {"poses","points","before","geometric","after"}.
 void layout(Io& io, StageErrors& x);
 
-/// {"range_mm","transverse_mm_per_m","repeatability_mm"[,"range_mm_per_m","transverse_mm"]}, one standard
-/// deviation each; the last two where they are not 0.
-boost::json::object noise_json(const MeasurementNoise& noise);
-
 /// {"color","findings":[{"severity","code","sentence","what_to_do"}]}, the gravest first.
 boost::json::object verdict_json(const CalibrationVerdict& verdict);
 
 boost::json::object calibration_document(const CalibrationDocument& document);
+/// The same, where the errors of validation are the mean of those of all its splits.
+boost::json::object calibration_document_over_splits(const CalibrationDocument& document);
 
 /// The JSON Schema of calibration documents, which is report.schema.json.
 boost::json::object calibration_document_schema();

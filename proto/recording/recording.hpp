@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "proto/record/layout.hpp"
 #include "proto/recording/pcapng.hpp"
 #include "proto/recording/record.hpp"
 
@@ -18,6 +19,7 @@ namespace truepose::recording {
 struct Device {
   std::string model, serial, software;
 };
+void layout(record::Io& io, Device& x);
 
 /// A model that the stream was given.
 struct Model {

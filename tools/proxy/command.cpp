@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/json/value.hpp>
 #include <sstream>
 
 #include "proto/control/json_text.hpp"
-#include "proto/control/param_reader.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::proxy {
 
@@ -33,15 +32,25 @@ constexpr std::array kKeys{Key{"delay_ms", &Faults::delay_ms, 0, kMinute_ms},
 
 constexpr std::int64_t kYear_ms = 365LL * 24 * 3600 * 1000;
 
-void read_direction(control::ParamReader& read, Command& command) {
-  const std::string direction = read.text("direction").value_or("both");
-  command.to_target = direction == "both" || direction == "to_target";
-  command.to_client = direction == "both" || direction == "to_client";
-  if (!command.to_target && !command.to_client)
-    read.fail("direction", "expected to_target, to_client or both");
-}
+constexpr std::array kDirections{Named{"both", Direction::Both}, Named{"to_target", Direction::ToTarget},
+                                 Named{"to_client", Direction::ToClient}};
 
 }  // namespace
+
+void layout(record::Io& io, Command& x) {
+  io.optional("route", x.route);
+  io.defaulted("direction", x.direction, kDirections);
+  for (const Key& key : kKeys) {
+    std::optional<double> number;
+    io.optional(key.name, number, record::Range{key.least, key.most});
+    if (number) x.numbers.emplace_back(key.number, *number);
+  }
+  io.optional("half_open", x.half_open);
+  io.defaulted("clear", x.clear);
+  io.defaulted("cut", x.cut);
+  io.defaulted("statistics", x.statistics);
+  io.optional("at_ms", x.at, record::Whole{0, kYear_ms});
+}
 
 void Command::apply(Faults& faults) const {
   if (clear) faults = {};
@@ -52,21 +61,10 @@ void Command::apply(Faults& faults) const {
 std::expected<Command, std::string> parse_command(std::string_view line) {
   const auto parsed = control::parse_json(line);
   if (!parsed) return std::unexpected(parsed.error());
-  if (!parsed->is_object()) return std::unexpected("expected an object, such as {\"loss\": 0.01}");
-  control::ParamReader read{parsed->get_object()};
   Command command;
-  command.route = read.text("route").value_or("");
-  read_direction(read, command);
-  for (const Key& key : kKeys) {
-    if (const auto value = read.number(key.name, key.least, key.most))
-      command.numbers.emplace_back(key.number, *value);
-  }
-  command.half_open = read.boolean("half_open");
-  command.clear = read.boolean("clear").value_or(false);
-  command.cut = read.boolean("cut").value_or(false);
-  command.statistics = read.boolean("statistics").value_or(false);
-  if (const auto at = read.integer("at_ms", 0, kYear_ms)) command.at = std::chrono::milliseconds{*at};
-  if (const auto error = read.finish()) return std::unexpected(error->message);
+  const auto read = record::read_json(*parsed, "params", record::Others::Refused,
+                                      [&command](record::Io& io) { io.value(command); });
+  if (!read) return std::unexpected(read.error().text);
   return command;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/json/fwd.hpp>
 #include <chrono>
 #include <expected>
 #include <optional>
@@ -9,16 +8,19 @@
 #include <utility>
 #include <vector>
 
+#include "proto/record/layout.hpp"
 #include "tools/proxy/faulty_way.hpp"
 
 namespace truepose::proxy {
 
+enum class Direction { Both, ToTarget, ToClient };
+
 /// One line to the proxy, the same at its start, in a timeline and at its admin port:
 /// {"route": "127.0.0.1:49152", "direction": "to_target", "loss": 0.01, "burst": 3}
 struct Command {
-  std::string route;                        ///< as it listens; empty: all
-  bool to_target = true, to_client = true;  ///< "direction": "to_target" or "to_client"; left out: both
-  bool clear = false;                       ///< all faults, before those of this line are set
+  std::string route;  ///< as it listens; empty: all
+  Direction direction = Direction::Both;
+  bool clear = false;  ///< all faults, before those of this line are set
   std::vector<std::pair<double Faults::*, double>> numbers;  ///< of Faults, by their names
   std::optional<bool> half_open;
   bool cut = false;                             ///< resets the TCP connections of the route
@@ -27,6 +29,7 @@ struct Command {
 
   void apply(Faults& faults) const;
 };
+void layout(record::Io& io, Command& x);
 
 /// @return the command, or one sentence that names the key
 std::expected<Command, std::string> parse_command(std::string_view line);

@@ -1,8 +1,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <boost/system/system_error.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -13,6 +11,7 @@
 #include "config/program_options.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/proxy/proxy.hpp"
 #include "tools/steering/event_loop.hpp"
 #include "tools/steering/exit_code.hpp"
@@ -20,9 +19,9 @@
 
 namespace {
 
-namespace json = boost::json;
 namespace config = truepose::config;
 namespace proxy = truepose::proxy;
+namespace record = truepose::record;
 namespace steering = truepose::steering;
 using config::UsageError, config::number_of;
 
@@ -96,48 +95,58 @@ std::optional<Options> options_of(int argc, char** argv) {
 }
 
 void obey(proxy::Proxy& proxy, const proxy::Command& command) {
-  const json::object reply = proxy.obey(command);
-  if (const json::value* error = reply.if_contains("error"))
-    throw UsageError{"--set: " + std::string{error->as_string()}};
+  const proxy::Reply reply = proxy.obey(command);
+  if (!reply.error.empty()) throw UsageError{"--set: " + reply.error};
 }
 
 /// What a line of the admin port comes to.
-json::object reply_to(proxy::Proxy& proxy, const std::string& line) {
+proxy::Reply reply_to(proxy::Proxy& proxy, const std::string& line) {
   const auto command = proxy::parse_command(line);
-  if (!command) return {{"error", command.error()}};
-  if (command->at) return {{"error", "at_ms belongs into a timeline"}};
+  if (!command) return {.error = command.error()};
+  if (command->at) return {.error = "at_ms belongs into a timeline"};
   return proxy.obey(*command);
 }
 
-void print_line(const json::value& value) {
-  std::puts(truepose::control::json_text(value).c_str());
+/// What is open, once all is.
+struct Started {
+  std::uint64_t seed = 0;
+  std::vector<std::string> listen{};
+  std::optional<std::uint16_t> admin{};
+};
+void layout(record::Io& io, Started& x) {
+  io("seed", x.seed);
+  io("listen", x.listen);
+  io.optional("admin", x.admin);
+}
+
+std::string json_of(const auto& record) { return truepose::control::json_text(record::to_json(record)); }
+
+void print_line(const std::string& line) {
+  std::puts(line.c_str());
   std::fflush(stdout);
 }
 
 int run(const Options& options) {
   steering::EventLoop loop;
   proxy::Proxy proxy{loop.executor(), options.seed};
-  json::array addresses;
+  Started started{.seed = options.seed};
   for (const proxy::RouteOptions& route : options.routes) {
     const auto listens = proxy.add(route);
     if (!listens) throw AddressError{listens.error()};
-    addresses.emplace_back(*listens);
+    started.listen.push_back(*listens);
   }
   for (const proxy::Command& command : options.faults) obey(proxy, command);
-  json::object started{{"seed", options.seed}, {"listen", std::move(addresses)}};
   std::optional<steering::LinePort> admin;
   if (options.admin) {
-    admin.emplace(loop.executor(), *options.admin, [&proxy](const std::string& line) {
-      return truepose::control::json_text(reply_to(proxy, line));
-    });
-    started["admin"] = admin->port();
+    admin.emplace(loop.executor(), *options.admin,
+                  [&proxy](const std::string& line) { return json_of(reply_to(proxy, line)); });
+    started.admin = admin->port();
   }
-  print_line(started);
-  if (!options.ready_file.empty())
-    config::write_text_file(options.ready_file, truepose::control::json_text(started) + "\n");
+  print_line(json_of(started));
+  if (!options.ready_file.empty()) config::write_text_file(options.ready_file, json_of(started) + "\n");
   proxy.follow(options.timeline);
   loop.run();
-  print_line(proxy.statistics());
+  print_line(json_of(proxy.statistics()));
   return 0;
 }
 

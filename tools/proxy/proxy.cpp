@@ -3,26 +3,17 @@
 #include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <boost/system/system_error.hpp>
 
+#include "proto/record/io.hpp"
 #include "tools/proxy/tcp_route.hpp"
 #include "tools/proxy/udp_route.hpp"
 
 namespace truepose::proxy {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 
 namespace {
-
-json::object counters_json(const Counters& counters) {
-  return {{"received", counters.received},     {"bytes", counters.bytes},
-          {"forwarded", counters.forwarded},   {"lost", counters.lost},
-          {"duplicated", counters.duplicated}, {"reordered", counters.reordered},
-          {"truncated", counters.truncated},   {"corrupted", counters.corrupted}};
-}
 
 /// IPv4, as controllers speak it, but for an IPv6 address in digits. Throws boost::system::system_error for a
 /// host that has no address.
@@ -36,14 +27,40 @@ typename InternetProtocol::endpoint resolve(const asio::any_io_executor& executo
 
 }  // namespace
 
-void Ways::apply(const Command& command) {
-  if (command.to_target) command.apply(to_target.faults);
-  if (command.to_client) command.apply(to_client.faults);
+void layout(record::Io& io, Counters& x) {
+  io("received", x.received);
+  io("bytes", x.bytes);
+  io("forwarded", x.forwarded);
+  io("lost", x.lost);
+  io("duplicated", x.duplicated);
+  io("reordered", x.reordered);
+  io("truncated", x.truncated);
+  io("corrupted", x.corrupted);
+}
+void layout(record::Io& io, RouteStatistics& x) {
+  io("protocol", x.protocol);
+  io("listen", x.listen);
+  io("target", x.target);
+  io.optional("clients", x.clients);
+  io.optional("connections", x.connections);
+  io.optional("open", x.open);
+  io.optional("cut", x.cut);
+  io("to_target", x.to_target);
+  io("to_client", x.to_client);
+}
+void layout(record::Io& io, Statistics& x) {
+  io("seed", x.seed);
+  io("routes", x.routes);
+}
+void layout(record::Io& io, Reply& x) {
+  io.optional("error", x.error);
+  io.where(x.error.empty(), "ok", true);
+  io.optional("routes", x.routes);
 }
 
-void Ways::tell(json::object& statistics) const {
-  statistics["to_target"] = counters_json(to_target.counters());
-  statistics["to_client"] = counters_json(to_client.counters());
+void Ways::apply(const Command& command) {
+  if (command.direction != Direction::ToClient) command.apply(to_target.faults);
+  if (command.direction != Direction::ToTarget) command.apply(to_client.faults);
 }
 
 std::expected<RouteOptions, std::string> parse_route(Protocol protocol, std::string_view text) {
@@ -75,16 +92,16 @@ std::expected<std::string, std::string> Proxy::add(const RouteOptions& options) 
                          e.code().message());
 }
 
-json::object Proxy::obey(const Command& command) {
+Reply Proxy::obey(const Command& command) {
   bool found = false;
   for (const auto& route : routes_) {
     if (!command.route.empty() && command.route != route->listens()) continue;
     route->apply(command);
     found = true;
   }
-  if (!found) return {{"error", "no route listens on " + command.route}};
-  json::object reply{{"ok", true}};
-  if (command.statistics) reply["routes"] = statistics().at("routes");
+  if (!found) return {.error = "no route listens on " + command.route};
+  Reply reply;
+  if (command.statistics) reply.routes = statistics().routes;
   return reply;
 }
 
@@ -105,10 +122,10 @@ void Proxy::await_next() {
   });
 }
 
-json::object Proxy::statistics() const {
-  json::array routes;
-  for (const auto& route : routes_) routes.push_back(route->statistics());
-  return {{"seed", seed_}, {"routes", std::move(routes)}};
+Statistics Proxy::statistics() const {
+  Statistics statistics{seed_, {}};
+  for (const auto& route : routes_) statistics.routes.push_back(route->statistics());
+  return statistics;
 }
 
 }  // namespace truepose::proxy

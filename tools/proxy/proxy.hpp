@@ -2,7 +2,6 @@
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/json/fwd.hpp>
 #include <deque>
 #include <expected>
 #include <memory>
@@ -25,6 +24,13 @@ struct RouteOptions {
 /// "127.0.0.1:49152=192.168.44.1:49152". @return the route, or what was expected and found
 std::expected<RouteOptions, std::string> parse_route(Protocol protocol, std::string_view text);
 
+/// To a command: {"ok": true}, with the routes where statistics were asked for, or {"error": one sentence}.
+struct Reply {
+  std::string error{};
+  std::optional<std::vector<RouteStatistics>> routes{};
+};
+void layout(record::Io& io, Reply& x);
+
 /// Routes between devices, and what befalls their packets. Belongs to the thread of its executor.
 class Proxy {
  public:
@@ -34,13 +40,11 @@ class Proxy {
   /// @return where it listens, or one sentence that names the address
   std::expected<std::string, std::string> add(const RouteOptions& options);
 
-  /// @return {"ok": true}, with "routes" where statistics were asked for, or {"error": one sentence}
-  boost::json::object obey(const Command& command);
+  Reply obey(const Command& command);
   /// Obeys each when its time has come, from now on.
   void follow(const std::vector<Command>& timeline);
 
-  /// {"seed", "routes": [{"protocol", "listen", "target", "to_target": {}, "to_client": {}}]}
-  boost::json::object statistics() const;
+  Statistics statistics() const;
 
  private:
   void await_next();

@@ -10,7 +10,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
-#include <boost/json/object.hpp>
 #include <list>
 #include <sstream>
 
@@ -19,7 +18,6 @@
 namespace truepose::proxy {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using asio::ip::tcp;
 using boost::system::error_code;
 
@@ -166,12 +164,15 @@ class TcpRoute : public Route {
     for (const auto& connection : open_ones()) connection->wake();
   }
 
-  json::object statistics() const override {
-    json::object statistics{{"protocol", "tcp"},          {"listen", listens()},
-                            {"target", text(target_)},    {"connections", accepted_},
-                            {"open", open_ones().size()}, {"cut", cut_}};
-    ways_->tell(statistics);
-    return statistics;
+  RouteStatistics statistics() const override {
+    return {.protocol = "tcp",
+            .listen = listens(),
+            .target = text(target_),
+            .connections = accepted_,
+            .open = open_ones().size(),
+            .cut = cut_,
+            .to_target = ways_->to_target.counters(),
+            .to_client = ways_->to_client.counters()};
   }
 
  private:

@@ -3,7 +3,6 @@
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/json/object.hpp>
 #include <functional>
 #include <map>
 #include <sstream>
@@ -11,7 +10,6 @@
 namespace truepose::proxy {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using asio::ip::udp;
 using boost::system::error_code;
 
@@ -128,13 +126,13 @@ class UdpRoute : public Route {
 
   std::string listens() const override { return text(forwarder_->listens()); }
   void apply(const Command& command) override { forwarder_->ways.apply(command); }
-  json::object statistics() const override {
-    json::object statistics{{"protocol", "udp"},
-                            {"listen", listens()},
-                            {"target", text(forwarder_->target())},
-                            {"clients", forwarder_->clients()}};
-    forwarder_->ways.tell(statistics);
-    return statistics;
+  RouteStatistics statistics() const override {
+    return {.protocol = "udp",
+            .listen = listens(),
+            .target = text(forwarder_->target()),
+            .clients = forwarder_->clients(),
+            .to_target = forwarder_->ways.to_target.counters(),
+            .to_client = forwarder_->ways.to_client.counters()};
   }
 
  private:

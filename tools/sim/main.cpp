@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
-#include <boost/json/value_to.hpp>
 #include <boost/system/system_error.hpp>
 #include <chrono>
 #include <cstdint>
@@ -24,11 +21,11 @@
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
-#include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/eki/messages.hpp"
 #include "proto/krl/lexer.hpp"
 #include "proto/record/calibration_document.hpp"
+#include "proto/record/forms.hpp"
 #include "proto/record/json_io.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/host_address.hpp"
@@ -38,9 +35,50 @@
 #include "tools/steering/exit_code.hpp"
 #include "tools/steering/line_port.hpp"
 
+namespace truepose::sim {
+
+void layout(record::Io& io, TurnaroundHistogram& x) {
+  io("p50", x.percentile_us(0.5));
+  io("p99", x.percentile_us(0.99));
+  io("p999", x.percentile_us(0.999));
+  io("max", x.max_us());
+  std::vector<std::vector<std::int64_t>> counts;
+  for (const auto& [us, count] : x.counts()) counts.push_back({us, count});
+  io("counts", counts);
+}
+void layout(record::Io& io, SecondSenders& x) {
+  io("cycles", x.cycles);
+  io("answered", x.answered);
+  io("max_step_deg", x.max_step_rad, record::Degrees{});
+}
+void layout(record::Io& io, RsiStatistics& x) {
+  io("cycles", x.counters.cycles);
+  io("answered", x.counters.answered);
+  io("late", x.counters.late);
+  io("lost", x.counters.lost);
+  io("wrong_ipoc", x.counters.wrong_ipoc);
+  io("rejected", x.counters.rejected);
+  io("clamped", x.counters.clamped);
+  io("max_step_deg", x.counters.max_step_rad, record::Degrees{});
+  io("correction_deg", x.correction_in_effect_rad, record::Degrees{});
+  io("correction_at_end_deg", x.counters.correction_rad, record::Degrees{});
+  io("turnaround_us", x.turnaround);
+  io("sessions", x.sessions);
+  io("timeouts", x.timeouts);
+  io("overruns", x.overruns);
+  io("longest_overrun_us", std::chrono::ceil<std::chrono::microseconds>(x.longest_overrun));
+  io("second_senders", x.second_senders);
+}
+void layout(record::Io& io, Controller::Program& x) {
+  io("program", x.name);
+  io("state", std::string{eki::name(x.state)});
+  io("line", x.line);
+}
+
+}  // namespace truepose::sim
+
 namespace {
 
-namespace json = boost::json;
 namespace config = truepose::config;
 namespace control = truepose::control;
 namespace eki = truepose::eki;
@@ -142,103 +180,91 @@ void choose_rsi_target(Options& options, const rsi::EthernetConfig& ethernet) {
   options.cell.rsi_port = port;
 }
 
-/// What was injected, mm and rad.
-json::object truth(const config::Scenario& scenario) {
+/// The injected truth.
+record::Truth truth(const config::Scenario& scenario) {
   record::Truth truth{truepose::BasePose::of(scenario.X_WB), scenario.p_FS_mm, {}};
   for (const truepose::Joint& joint : scenario.truth.joints)
     truth.links.push_back({joint.a_mm, joint.alpha_rad, joint.d_mm, joint.theta_rad, joint.beta_rad});
-  return record::to_json(truth);
+  return truth;
 }
 
-json::object turnaround_us(const sim::TurnaroundHistogram& turnaround) {
-  json::array counts;
-  for (const auto& [us, count] : turnaround.counts()) counts.push_back(json::array{us, count});
-  return {{"p50", turnaround.percentile_us(0.5)},
-          {"p99", turnaround.percentile_us(0.99)},
-          {"p999", turnaround.percentile_us(0.999)},
-          {"max", turnaround.max_us()},
-          {"counts", std::move(counts)}};
+/// What the cell did, with the truth.
+struct CellDocument {
+  sim::CellStatistics did;
+  record::Truth truth;
+};
+void layout(record::Io& io, CellDocument& x) {
+  io("rsi", x.did.rsi);
+  io("moves", x.did.moves);
+  io("measurements", x.did.measurements);
+  io("truth", x.truth);
 }
 
-json::object rsi_json(const sim::RsiStatistics& statistics) {
-  const sim::RsiCounters& counters = statistics.counters;
-  return {{"cycles", counters.cycles},
-          {"answered", counters.answered},
-          {"late", counters.late},
-          {"lost", counters.lost},
-          {"wrong_ipoc", counters.wrong_ipoc},
-          {"rejected", counters.rejected},
-          {"clamped", counters.clamped},
-          {"max_step_deg", counters.max_step_rad * truepose::kDegPerRad},
-          {"correction_deg", statistics.correction_in_effect_rad * truepose::kDegPerRad},
-          {"correction_at_end_deg", counters.correction_rad * truepose::kDegPerRad},
-          {"turnaround_us", turnaround_us(statistics.turnaround)},
-          {"sessions", statistics.sessions},
-          {"timeouts", statistics.timeouts},
-          {"overruns", statistics.overruns},
-          {"longest_overrun_us",
-           std::chrono::ceil<std::chrono::microseconds>(statistics.longest_overrun).count()},
-          {"second_senders",
-           json::object{{"cycles", statistics.second_senders.cycles},
-                        {"answered", statistics.second_senders.answered},
-                        {"max_step_deg", statistics.second_senders.max_step_rad * truepose::kDegPerRad}}}};
+/// Written once all ports are open.
+struct Ready {
+  sim::SimulatedCell::Ports ports;
+  bool by_bridge;
+  std::optional<std::uint16_t> admin;
+};
+void layout(record::Io& io, Ready& x) {
+  io(x.by_bridge ? "bridge_port" : "tracker_port", x.ports.tracker);
+  io("pid", getpid());
+  io.optional("eki_port", record::Unless<std::uint16_t>{0, x.ports.eki});
+  io.optional("eki_state_port", record::Unless<std::uint16_t>{0, x.ports.eki_state});
+  record::ByName<std::uint16_t> others;
+  for (const sim::EkiPort& its : x.ports.others) others.emplace_back(its.channel, its.port);
+  io.optional("eki_channels", others);
+  io.optional("admin_port", x.admin);
 }
 
-/// What the cell did, with the truth: {"rsi": {...}, "moves", "measurements", "truth": {...}}.
-std::string statistics_json(const sim::CellStatistics& statistics, const config::Scenario& scenario) {
-  return control::json_text(json::object{{"rsi", rsi_json(statistics.rsi)},
-                                         {"moves", statistics.moves},
-                                         {"measurements", statistics.measurements},
-                                         {"truth", truth(scenario)}});
+/// A line of the admin port that is no fault of the scenario.
+struct Steering {
+  enum class Question { Program, Statistics };
+  std::optional<Question> ask;
+  std::optional<Eigen::Vector3d> put_reflector;
+  std::optional<std::vector<double>> jog;
+};
+constexpr std::array kQuestions{truepose::Named{"program", Steering::Question::Program},
+                                truepose::Named{"statistics", Steering::Question::Statistics}};
+void layout(record::Io& io, Steering& x) {
+  io.optional("ask", x.ask, kQuestions);
+  io.optional("put_reflector", x.put_reflector, record::Xyz{});
+  io.optional("jog", x.jog);
 }
 
-std::string ready_text(const sim::SimulatedCell::Ports& ports, bool by_bridge,
-                       const std::optional<steering::LinePort>& admin) {
-  json::object ready{{by_bridge ? "bridge_port" : "tracker_port", ports.tracker}, {"pid", getpid()}};
-  if (ports.eki != 0) ready["eki_port"] = ports.eki;
-  if (ports.eki_state != 0) ready["eki_state_port"] = ports.eki_state;
-  json::object others;
-  for (const sim::EkiPort& its : ports.others) others[its.channel] = its.port;
-  if (!others.empty()) ready["eki_channels"] = std::move(others);
-  if (admin) ready["admin_port"] = admin->port();
-  return control::json_text(ready);
+/// The answer to one that asked for nothing.
+struct Outcome {
+  std::string error;
+};
+void layout(record::Io& io, Outcome& x) {
+  io.optional("error", x.error);
+  io.where(x.error.empty(), "ok", true);
 }
 
-std::string refusal(const std::string& why) { return control::json_text(json::object{{"error", why}}); }
-
-std::string program_json(const sim::Controller::Program& program) {
-  return control::json_text(
-      json::object{{"program", program.name}, {"state", eki::name(program.state)}, {"line", program.line}});
-}
+std::string json_of(const auto& record) { return control::json_text(record::to_json(record)); }
 
 /// What a line of the admin port comes to.
 std::string steered(const std::string& line, sim::SimulatedCell& cell, const config::Scenario& scenario) try {
-  const auto asked = control::parse_json(line);
-  if (!asked) return refusal(asked.error());
-  const json::object* const members = asked->if_object();
-  if (members == nullptr) return refusal("expected a JSON object, such as {\"ask\": \"program\"}");
+  const auto parsed = control::parse_json(line);
+  if (!parsed) return json_of(Outcome{parsed.error()});
+  const auto asked = record::from_json<Steering>(*parsed);
+  if (!asked) return json_of(Outcome{asked.error()});
   cell.flush_path();
-  if (const json::value* what = members->if_contains("ask")) {
-    if (*what == "program") return program_json(cell.program());
-    if (*what == "statistics") return statistics_json(cell.statistics(), scenario);
-    return refusal("ask: expected program or statistics");
+  if (asked->ask == Steering::Question::Program) return json_of(cell.program());
+  if (asked->ask == Steering::Question::Statistics)
+    return json_of(CellDocument{cell.statistics(), truth(scenario)});
+  if (asked->put_reflector) {
+    cell.put_reflector(*asked->put_reflector);
+  } else if (asked->jog) {
+    if (std::ssize(*asked->jog) != scenario.nominal.joint_count())
+      return json_of(Outcome{"jog: expected an angle for each axis"});
+    cell.jog(truepose::joints_from(*asked->jog, scenario.nominal));
+  } else {
+    cell.begin(config::parse_fault(line));
   }
-  if (const json::value* place = members->if_contains("put_reflector")) {
-    cell.put_reflector({place->at("x").to_number<double>(), place->at("y").to_number<double>(),
-                        place->at("z").to_number<double>()});
-    return control::json_text(json::object{{"ok", true}});
-  }
-  if (const json::value* axes = members->if_contains("jog")) {
-    const auto q_deg = json::value_to<std::vector<double>>(*axes);
-    if (std::ssize(q_deg) != scenario.nominal.joint_count())
-      return refusal("jog: expected an angle for each axis");
-    cell.jog(truepose::joints_from(q_deg, scenario.nominal));
-    return control::json_text(json::object{{"ok", true}});
-  }
-  cell.begin(config::parse_fault(line));
-  return control::json_text(json::object{{"ok", true}});
+  return json_of(Outcome{});
 } catch (const std::exception& e) {
-  return refusal(e.what());
+  return json_of(Outcome{e.what()});
 }
 
 /// A line for each program of the archive that is not simulated as a whole: what data lists declare and no
@@ -284,10 +310,12 @@ int run(Options options) {
   }
 
   if (!options.truth_file.empty())
-    config::write_text_file(options.truth_file, control::json_text(truth(scenario)) + "\n");
+    config::write_text_file(options.truth_file, json_of(truth(scenario)) + "\n");
   if (!options.ready_file.empty())
     config::write_text_file(options.ready_file,
-                            ready_text(cell.ports(), options.cell.bridge_port.has_value(), admin) + "\n");
+                            json_of(Ready{cell.ports(), options.cell.bridge_port.has_value(),
+                                          admin ? std::optional{admin->port()} : std::nullopt}) +
+                                "\n");
   if (!options.json) {
     const sim::SimulatedCell::Ports ports = cell.ports();
     std::printf("%s%s %u, RSI to %s:%u\n", eki_text(ports).c_str(),
@@ -300,7 +328,7 @@ int run(Options options) {
   }
   loop.run();
 
-  if (options.json) std::puts(statistics_json(cell.statistics(), scenario).c_str());
+  if (options.json) std::puts(json_of(CellDocument{cell.statistics(), truth(scenario)}).c_str());
   if (!options.ready_file.empty()) std::filesystem::remove(options.ready_file);
   return 0;
 }

@@ -15,6 +15,7 @@
 #include <functional>
 #include <memory>
 
+#include "proto/record/json_io.hpp"
 #include "tests/no_more_files.hpp"
 
 namespace truepose::proxy {
@@ -101,12 +102,12 @@ class AProxy : public testing::Test {
   std::uint16_t add(Protocol protocol, std::uint16_t target) {
     return port_of(proxy.add({protocol, {"127.0.0.1", 0}, {"127.0.0.1", target}}).value());
   }
-  json::object obey(const std::string& line) { return proxy.obey(parse_command(line).value()); }
+  Reply obey(const std::string& line) { return proxy.obey(parse_command(line).value()); }
   void until(const std::function<bool()>& done) {
     while (!done()) io.run_one();
   }
   double counted(const char* pointer) {
-    return json::value(proxy.statistics()).at_pointer(pointer).to_number<double>();
+    return json::value(record::to_json(proxy.statistics())).at_pointer(pointer).to_number<double>();
   }
 
   /// Connects through a new route. @return the client's end and the target's
@@ -152,7 +153,7 @@ TEST(AProxyOfAGivenSeed, LosesTheSameAgainAndCountsIt) {
         port_of(proxy.add({Protocol::Udp, {"127.0.0.1", 0}, {"127.0.0.1", target.port()}}).value());
     proxy.obey(parse_command(R"({"loss": 0.3, "direction": "to_target"})").value());
     const auto counted = [&](const char* pointer) {
-      return json::value(proxy.statistics()).at_pointer(pointer).to_number<int>();
+      return json::value(record::to_json(proxy.statistics())).at_pointer(pointer).to_number<int>();
     };
     for (int i = 0; i < 200; ++i) {
       client.send(std::to_string(i), port);
@@ -259,7 +260,7 @@ TEST_F(AProxy, SetsTheFaultsOfOneRouteAlone) {
   client.send("b", other);
   until([&] { return target.received.size() == 2; });
   EXPECT_THAT(target.received, ElementsAre(std::string("a\0", 2), "b"));
-  EXPECT_THAT(json::value(obey(R"({"loss": 1, "route": "127.0.0.1:1"})")).at("error").as_string().c_str(),
+  EXPECT_THAT(obey(R"({"loss": 1, "route": "127.0.0.1:1"})").error,
               HasSubstr("no route listens on 127.0.0.1:1"));
 }
 

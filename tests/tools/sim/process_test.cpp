@@ -240,12 +240,12 @@ TEST_F(SimulatorTest, IsSteeredByLinesAndNamesWhatItDoesNotUnderstand) {
   EXPECT_EQ(steer(R"({"kind": "emergency-stop"})"), R"({"ok":true})");
   EXPECT_THAT(steer(R"({"ask": "program"})"), HasSubstr(R"("state":"stopped")"));
   EXPECT_THAT(steer(R"({"ask": "statistics"})"), HasSubstr(R"("measurements":0)"));
-  EXPECT_THAT(steer("[]"), HasSubstr("expected a JSON object"));
+  EXPECT_THAT(steer("[]"), HasSubstr("expected an object, found []"));
   EXPECT_THAT(steer("stop it"), HasSubstr("byte 0: "));
   EXPECT_THAT(steer(R"({"ask": "program", "ask": "statistics"})"), HasSubstr("\\\"ask\\\" appears twice"));
   EXPECT_THAT(steer(R"({"kind": "fire"})"), HasSubstr("expected one of beam-break"));
   EXPECT_THAT(steer(R"({"kind": "beam-break", "at_ms": 5})"), HasSubstr("it begins now"));
-  EXPECT_THAT(steer(R"({"ask": "weather"})"), HasSubstr("expected program or statistics"));
+  EXPECT_THAT(steer(R"({"ask": "weather"})"), HasSubstr("ask: expected one of program, statistics, found"));
 }
 
 TEST_F(SimulatorTest, NamesAPortThatIsInUseAndEndsWithThree) {

@@ -1,7 +1,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <boost/json.hpp>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -9,6 +8,7 @@
 #include "config/kuka_archive.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/krl/program_report.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 
@@ -16,7 +16,6 @@ namespace truepose::tools {
 namespace {
 
 namespace fs = std::filesystem;
-namespace json = boost::json;
 using config::ArchiveFile;
 using config::ConfigError;
 
@@ -97,21 +96,30 @@ std::string archive_summary(const std::string& archive, const krl::Program& prog
   return text;
 }
 
-json::object archive_document(const krl::Program& program, const ProgramCompensation& done,
-                              const ProgramPlaces& places) {
-  json::object document = program_document(done, places);
-  json::array files, mixed, unread;
-  for (const auto& [file, count] : counts_by_file(done))
-    files.push_back(
-        json::object{{"file", places.file({file, 0})}, {"changed", count.changed}, {"left", count.left}});
-  for (const std::size_t file : mixed_files(program, done)) mixed.emplace_back(places.file({file, 0}));
-  for (const krl::ProgramFault& fault : program.unread)
-    unread.push_back(json::object{
-        {"file", places.file(fault.spot)}, {"line", places.place(fault.spot).line}, {"why", fault.what}});
-  document["files"] = std::move(files);
-  document["mixed"] = std::move(mixed);
-  document["unread"] = std::move(unread);
-  return document;
+struct FileChange {
+  std::string file;
+  FileCount count;
+};
+void layout(record::Io& io, FileChange& x) {
+  io("file", x.file);
+  io("changed", x.count.changed);
+  io("left", x.count.left);
+}
+
+struct ArchiveDocument {
+  krl::Program program;
+  ProgramDocument compensated;
+};
+void layout(record::Io& io, ArchiveDocument& x) {
+  const auto& [done, places] = x.compensated;
+  layout(io, x.compensated);
+  std::vector<FileChange> files;
+  for (const auto& [file, count] : counts_by_file(done)) files.push_back({places.file({file, 0}), count});
+  io("files", files);
+  std::vector<std::string> mixed;
+  for (const std::size_t file : mixed_files(x.program, done)) mixed.push_back(places.file({file, 0}));
+  io("mixed", mixed);
+  io("unread", x.program.unread, InFiles{places});
 }
 
 void write_archive(const fs::path& folder, const std::vector<ArchiveFile>& files,
@@ -148,7 +156,7 @@ int run_compensate_archive(const CompensateOptions& options, const RobotModel& n
       compensate_program(program, nominal, *inverse, model.cell.robot, options.bounds, {}, true).value();
   if (!options.out_file.empty()) write_archive(options.out_file, files, done);
   if (options.as_json) {
-    std::cout << control::json_text(archive_document(program, done, places)) << '\n';
+    std::cout << control::json_text(record::to_json(ArchiveDocument{program, {done, places}})) << '\n';
   } else {
     std::cout << archive_summary(options.archive.string(), program, done, places);
   }

@@ -1,11 +1,11 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <boost/json.hpp>
 #include <iostream>
 
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/krl/program_report.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 
@@ -122,7 +122,7 @@ int run_compensate_program(const CompensateOptions& options, const RobotModel& n
 
   write(options, files, *done);
   if (options.as_json) {
-    std::cout << control::json_text(program_document(*done, places)) << '\n';
+    std::cout << control::json_text(record::to_json(ProgramDocument{*done, places})) << '\n';
   } else {
     std::cout << program_summary(options.src.string(), *done, places);
   }

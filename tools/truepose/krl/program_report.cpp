@@ -3,13 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <boost/json.hpp>
 #include <utility>
+
+#include "proto/record/io.hpp"
 
 namespace truepose::tools {
 namespace {
-
-namespace json = boost::json;
 
 double mean(const std::vector<PointChange>& changes, double PointChange::*measure) {
   double sum = 0;
@@ -42,40 +41,9 @@ std::string section(const char* title, const ProgramCompensation& done, const Pr
   return text.empty() ? text : std::string(title) + ":\n" + text;
 }
 
-json::object placed(krl::Spot spot, const ProgramPlaces& places) {
-  return {{"file", places.file(spot)}, {"line", places.place(spot).line}};
-}
-
-json::object entry(const PointChange& change, const ProgramPlaces& places) {
-  json::object object = placed(change.spot, places);
-  object["name"] = change.name;
-  object["mm"] = change.mm;
-  object["deg"] = change.deg;
-  return object;
-}
-
-json::object entry(const krl::LeftAlone& left, const ProgramPlaces& places) {
-  json::object object = placed(left.spot, places);
-  object["name"] = left.name;
-  object["code"] = left.why.message.code;
-  object["why"] = left.why.message.what;
-  object["what_to_do"] = left.why.message.what_to_do;
-  if (left.why.because) object["because"] = placed(*left.why.because, places);
-  object["absolute"] = left.absolute;
-  return object;
-}
-
-json::object entry(const krl::Note& note, const ProgramPlaces& places) {
-  json::object object = placed(note.spot, places);
-  object["text"] = note.text;
-  return object;
-}
-
-template <typename Item>
-json::array entries(const std::vector<Item>& items, const ProgramPlaces& places) {
-  json::array array;
-  for (const Item& item : items) array.push_back(entry(item, places));
-  return array;
+void layout_place(record::Io& io, krl::Spot spot, const ProgramPlaces& places) {
+  io("file", std::string{places.file(spot)});
+  io("line", places.place(spot).line);
 }
 
 }  // namespace
@@ -113,19 +81,43 @@ std::string program_summary(const std::string& title, const ProgramCompensation&
   return text;
 }
 
-json::object program_document(const ProgramCompensation& done, const ProgramPlaces& places) {
-  json::object document{{"points", done.points},
-                        {"changed", done.changes.size()},
-                        {"mean_mm", mean(done.changes, &PointChange::mm)},
-                        {"mean_deg", mean(done.changes, &PointChange::deg)}};
-  if (!done.changes.empty()) {
-    document["largest_mm"] = entry(largest(done.changes, &PointChange::mm), places);
-    document["largest_deg"] = entry(largest(done.changes, &PointChange::deg), places);
+void layout(record::Io& io, Placed<krl::Spot>& x) { layout_place(io, x.item, x.places); }
+void layout(record::Io& io, Placed<PointChange>& x) {
+  layout_place(io, x.item.spot, x.places);
+  io("name", x.item.name);
+  io("mm", x.item.mm);
+  io("deg", x.item.deg);
+}
+void layout(record::Io& io, Placed<krl::LeftAlone>& x) {
+  layout_place(io, x.item.spot, x.places);
+  io("name", x.item.name);
+  io("code", x.item.why.message.code);
+  io("why", x.item.why.message.what);
+  io("what_to_do", x.item.why.message.what_to_do);
+  io.optional("because", x.item.why.because, InFiles{x.places});
+  io("absolute", x.item.absolute);
+}
+void layout(record::Io& io, Placed<krl::Note>& x) {
+  layout_place(io, x.item.spot, x.places);
+  io("text", x.item.text);
+}
+void layout(record::Io& io, Placed<krl::ProgramFault>& x) {
+  layout_place(io, x.item.spot, x.places);
+  io("why", x.item.what);
+}
+void layout(record::Io& io, ProgramDocument& x) {
+  std::vector<PointChange>& changes = x.done.changes;
+  io("points", x.done.points);
+  io("changed", changes.size());
+  io("mean_mm", mean(changes, &PointChange::mm));
+  io("mean_deg", mean(changes, &PointChange::deg));
+  if (!changes.empty()) {
+    io("largest_mm", Placed{largest(changes, &PointChange::mm), x.places});
+    io("largest_deg", Placed{largest(changes, &PointChange::deg), x.places});
   }
-  document["changes"] = entries(done.changes, places);
-  document["left"] = entries(done.left, places);
-  document["notes"] = entries(done.notes, places);
-  return document;
+  io("changes", changes, InFiles{x.places});
+  io("left", x.done.left, InFiles{x.places});
+  io("notes", x.done.notes, InFiles{x.places});
 }
 
 }  // namespace truepose::tools

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <boost/json/object.hpp>
+#include <concepts>
 #include <string>
 #include <vector>
 
 #include "proto/krl/places.hpp"
+#include "proto/record/layout.hpp"
 #include "tools/truepose/krl/program_compensation.hpp"
 
 namespace truepose::tools {
@@ -31,9 +32,30 @@ class ProgramPlaces {
 std::string program_summary(const std::string& title, const ProgramCompensation& done,
                             const ProgramPlaces& places);
 
-/// The same as one document: {"points", "changed", "mean_mm", "mean_deg", "largest_mm", "largest_deg",
-/// "changes": [{file, line, name, mm, deg}], "left": [{file, line, name, code, why, what_to_do,
-/// because, absolute}], "notes": [{file, line, text}]}.
-boost::json::object program_document(const ProgramCompensation& done, const ProgramPlaces& places);
+template <class Item>
+concept HasPlace = std::same_as<Item, krl::Spot> || requires(const Item& item) {
+  item.spot;
+};
+/// Something of a program, in a document with its file and line.
+template <HasPlace Item>
+struct Placed {
+  Item item;
+  const ProgramPlaces& places;
+};
+struct InFiles {
+  const ProgramPlaces& places;
+  template <HasPlace Item>
+  Placed<Item> form_of(const Item& item) const {
+    return {item, places};
+  }
+};
+void layout(record::Io& io, Placed<krl::ProgramFault>& x);
+
+/// The same as one document.
+struct ProgramDocument {
+  ProgramCompensation done;
+  const ProgramPlaces& places;
+};
+void layout(record::Io& io, ProgramDocument& x);
 
 }  // namespace truepose::tools

@@ -1,5 +1,5 @@
 // What an arm is to others: its flange poses, and files for other programs.
-#include <boost/json.hpp>
+#include <array>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -10,13 +10,12 @@
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 
 namespace truepose::tools {
 namespace {
-
-namespace json = boost::json;
 
 struct FkCommand {
   ArmFiles arm;
@@ -24,11 +23,19 @@ struct FkCommand {
   bool as_json = false;
 };
 
-json::array row_major(const Eigen::Isometry3d& X) {
-  json::array numbers;
-  for (int i = 0; i < 16; ++i) numbers.emplace_back(X(i / 4, i % 4));
+using RowMajor = std::array<double, 16>;
+
+RowMajor row_major(const Eigen::Isometry3d& X) {
+  RowMajor numbers;
+  for (int i = 0; i < 16; ++i) numbers[static_cast<std::size_t>(i)] = X(i / 4, i % 4);
   return numbers;
 }
+
+/// What is printed as JSON.
+struct FlangePoses {
+  std::vector<RowMajor> poses;
+};
+void layout(record::Io& io, FlangePoses& x) { io("poses", x.poses); }
 
 void print_pose(const Eigen::Isometry3d& X) {
   const Eigen::Vector3d abc_deg = kuka_abc_deg(X.linear());
@@ -51,9 +58,9 @@ int run_fk(const FkCommand& command) {
     for (const JointVector& q : joints) print_pose(forward_kinematics(robot, q));
     return kDone;
   }
-  json::array poses;
-  for (const JointVector& q : joints) poses.push_back(row_major(forward_kinematics(robot, q)));
-  std::cout << control::json_text(json::object{{"poses", std::move(poses)}}) << '\n';
+  FlangePoses flange;
+  for (const JointVector& q : joints) flange.poses.push_back(row_major(forward_kinematics(robot, q)));
+  std::cout << control::json_text(record::to_json(flange)) << '\n';
   return kDone;
 }
 

@@ -1,6 +1,4 @@
 // Whether the audit trail of a cell is what the daemon wrote.
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -13,12 +11,36 @@
 #include "daemon/control/audit_files.hpp"
 #include "daemon/store/store.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+
+namespace truepose::daemon {
+
+void layout(record::Io& io, AuditFault& x) {
+  io("record", x.number);
+  io("text", x.text);
+  io("by", x.acknowledged_by);
+}
+
+}  // namespace truepose::daemon
 
 namespace truepose::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// What is printed as JSON.
+struct VerifiedTrail {
+  fs::path file;
+  control::AuditHead end;
+  std::vector<daemon::AuditFault> acknowledged;
+};
+void layout(record::Io& io, VerifiedTrail& x) {
+  io("file", x.file);
+  io("records", x.end.count);
+  io("head", x.end.hash);
+  io("acknowledged", x.acknowledged);
+}
 
 struct Verify {
   std::string cell_file;
@@ -56,23 +78,17 @@ int run_verify(const Verify& command) {
   const std::string place = "audit trail " + trail.string() + ": ";
   const auto report = daemon::verify_audit(trail, known_heads(command, store));
   if (!report) throw CommandError{kFailed, place + report.error()};
-  boost::json::array acknowledged;
   for (const daemon::AuditFault& fault : report->faults) {
     const std::string what = "before record " + std::to_string(fault.number) + ": " + fault.text;
     if (fault.acknowledged_by.empty())
       throw CommandError{kFailed, place + what +
                                       "; this is not acknowledged: find out who did it, then "
                                       "`truepose audit acknowledge --name NAME`"};
-    acknowledged.push_back(
-        boost::json::object{{"record", fault.number}, {"text", fault.text}, {"by", fault.acknowledged_by}});
     if (!command.json) std::printf("%s; acknowledged by %s\n", what.c_str(), fault.acknowledged_by.c_str());
   }
   if (command.json) {
-    const boost::json::object found{{"file", trail.string()},
-                                    {"records", report->end.count},
-                                    {"head", report->end.hash},
-                                    {"acknowledged", std::move(acknowledged)}};
-    std::printf("%s\n", control::json_text(found).c_str());
+    const VerifiedTrail found{trail, report->end, report->faults};
+    std::printf("%s\n", control::json_text(record::to_json(found)).c_str());
     return kDone;
   }
   std::printf("%s: %llu records, none changed and none missing%s\n", trail.c_str(),

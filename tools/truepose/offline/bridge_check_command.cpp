@@ -2,22 +2,28 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/use_future.hpp>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <memory>
 
 #include "config/number_text.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/bridge/conformance.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
+
+void layout(record::Io& io, BridgeVerdict& x) {
+  io("promise", x.promise);
+  io("outcome", x.outcome, kConformances);
+  io("found", x.found);
+  io("next", x.next);
+}
+
 namespace {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 
 struct BridgeCheckCommand {
   std::string where;
@@ -50,17 +56,6 @@ std::vector<BridgeVerdict> examined(const BridgeCheckCommand& command) {
   return *std::move(result);
 }
 
-json::array verdicts_json(const std::vector<BridgeVerdict>& verdicts) {
-  json::array all;
-  for (const BridgeVerdict& one : verdicts) {
-    all.push_back(json::object{{"promise", one.promise},
-                               {"outcome", name_of(kConformances, one.outcome)},
-                               {"found", one.found},
-                               {"next", one.next}});
-  }
-  return all;
-}
-
 std::string verdicts_text(const std::vector<BridgeVerdict>& verdicts) {
   std::vector<Cells> rows;
   for (const BridgeVerdict& one : verdicts) {
@@ -73,7 +68,7 @@ std::string verdicts_text(const std::vector<BridgeVerdict>& verdicts) {
 
 int run_bridge_check(const BridgeCheckCommand& command) {
   const std::vector<BridgeVerdict> verdicts = examined(command);
-  print(command.json ? control::json_text(verdicts_json(verdicts)) + "\n" : verdicts_text(verdicts));
+  print(command.json ? control::json_text(record::to_json(verdicts)) + "\n" : verdicts_text(verdicts));
   return std::ranges::count(verdicts, Conformance::Failed, &BridgeVerdict::outcome) > 0 ? kFailed : kDone;
 }
 

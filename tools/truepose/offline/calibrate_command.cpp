@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <boost/json.hpp>
+#include <boost/json/object.hpp>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -33,7 +33,6 @@
 namespace truepose::tools {
 namespace {
 
-namespace json = boost::json;
 using config::ConfigError;
 
 struct CalibrateCommand {
@@ -133,8 +132,8 @@ Outcome calibrate_once(const CalibrateCommand& command, const RobotModel& robot,
   auto result = calibrate(robot, data, options);
   if (!result) throw ConfigError(refusal(command, result.error()));
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-  json::object document = record::calibration_document(*result, data, elapsed.count());
-  if (options.noise) document["noise"] = record::noise_json(*options.noise);
+  record::CalibrationDocument document = record::calibration_of(*result, data, elapsed.count());
+  document.noise = options.noise;
   MeasurementData fitted = as_fitted(*result, data);
   const MeasurementNoise noise = noise_about_model(*result, fitted, options.noise);
   std::vector<double> distances2 = validation_distances2(*result, fitted, noise);
@@ -220,15 +219,15 @@ std::string validation_text(const CalibrateCommand& command) {
 }
 
 /// What was calibrated from what and how, for whom reads the document later.
-void describe(json::object& document, const CalibrateCommand& command, const RobotModel& robot) {
-  document["robot"] = robot.name;
-  document["date"] = control::rfc3339(std::chrono::system_clock::now());
-  json::object files{{"Robot file", command.robot_file}, {"Measurements", data_names(command)}};
-  if (!command.validate_file.empty()) files["Measurements to validate"] = command.validate_file;
-  document["files"] = std::move(files);
-  json::object& options = document["options"].emplace_object();
-  options["Validation"] = validation_text(command);
-  for (const auto& [name, words] : record::options_in_words(options_of(command))) options[name] = words;
+void describe(record::CalibrationDocument& document, const CalibrateCommand& command,
+              const RobotModel& robot) {
+  document.robot = robot.name;
+  document.date = control::rfc3339(std::chrono::system_clock::now());
+  document.files = {{"Robot file", command.robot_file}, {"Measurements", data_names(command)}};
+  if (!command.validate_file.empty())
+    document.files.emplace_back("Measurements to validate", command.validate_file);
+  document.options = record::options_in_words(options_of(command));
+  document.options.insert(document.options.begin(), {"Validation", validation_text(command)});
 }
 
 void print_summary(const CalibrateCommand& command, const RobotModel& robot, const Outcome& outcome,
@@ -274,9 +273,12 @@ int run_calibrate(const CalibrateCommand& command) {
   if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
   Outcome outcome = validated(command, robot, std::move(data));
   const CalibrationVerdict verdict = verdict_on(command, robot, outcome);
-  outcome.document["verdict"] = record::verdict_json(verdict);
+  outcome.document.verdict = verdict;
   describe(outcome.document, command, robot);
-  const report::ReportDocument document{outcome.document};
+  const boost::json::object json = outcome.splits.empty()
+                                       ? record::calibration_document(outcome.document)
+                                       : record::calibration_document_over_splits(outcome.document);
+  const report::ReportDocument document{json};
 
   if (!command.out_file.empty()) {
     config::write_text_file(command.out_file, config::model_yaml(model_of(command, robot, outcome, verdict)));
@@ -285,7 +287,7 @@ int run_calibrate(const CalibrateCommand& command) {
     config::write_text_file(command.report_file, report::render_html(document));
   }
   if (command.as_json) {
-    std::cout << control::json_text(outcome.document) << '\n';
+    std::cout << control::json_text(json) << '\n';
   } else {
     print_summary(command, robot, outcome, document);
   }

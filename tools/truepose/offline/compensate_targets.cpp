@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <boost/json.hpp>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -18,13 +17,12 @@
 #include "core/frames/tool_frame.hpp"
 #include "daemon/report/report.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/record/arm_document.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 
 namespace truepose::tools {
 namespace {
 
-namespace json = boost::json;
 using config::ConfigError, config::TargetForm, config::TargetReader, config::TargetRow,
     config::UnfinishedFile;
 
@@ -105,27 +103,23 @@ struct ReachedTarget {
   std::optional<double> sigma_mm;  ///< of the position where the arm will stand, with what is given up of it
 };
 
-/// Columns of a target in addition to its joints, deg and mm.
-struct ReachColumn {
-  const char* name;
-  json::value (*of)(const ReachedTarget& target);
-  bool is_in_csv = true;
+/// All targets, by column; deg and mm.
+struct ReachedColumns {
+  bool has_orientation = false, has_sigma = false;
+  std::vector<std::vector<double>> joints{};
+  std::vector<double> residual_mm{}, residual_deg{}, sigma_mm{};
+  std::vector<int> iterations{};
+  std::vector<bool> damped{};
+  std::vector<std::string> notes{};
 };
-
-std::vector<ReachColumn> reach_columns(bool with_orientation, bool with_sigma) {
-  std::vector<ReachColumn> columns{
-      {"residual_mm", [](const ReachedTarget& t) -> json::value { return t.compensated.residual_mm; }},
-      {"iterations", [](const ReachedTarget& t) -> json::value { return t.compensated.iterations; }, false}};
-  if (with_orientation) {
-    columns.push_back({"residual_deg", [](const ReachedTarget& t) -> json::value {
-                         return t.compensated.residual_rad * kDegPerRad;
-                       }});
-    columns.push_back(
-        {"damped", [](const ReachedTarget& t) -> json::value { return t.compensated.damped; }, false});
-  }
-  if (with_sigma)
-    columns.push_back({"sigma_mm", [](const ReachedTarget& t) -> json::value { return t.sigma_mm.value(); }});
-  return columns;
+void layout(record::Io& io, ReachedColumns& x) {
+  io("joints", x.joints);
+  io("residual_mm", x.residual_mm);
+  io("iterations", x.iterations);
+  io.where(x.has_orientation, "residual_deg", x.residual_deg);
+  io.where(x.has_orientation, "damped", x.damped);
+  io.where(x.has_sigma, "sigma_mm", x.sigma_mm);
+  io.optional("notes", x.notes);
 }
 
 /// A row of the report, deg and mm.
@@ -342,23 +336,20 @@ class Output {
          const std::string& file)
       : options_(options),
         nominal_(nominal),
-        columns_(reach_columns(!targets.is_position_only(), targets.has_sigma())),
-        has_sigma_(targets.has_sigma()),
+        document_{.has_orientation = !targets.is_position_only(), .has_sigma = targets.has_sigma()},
         is_tool_measured_(targets.is_tool_measured()),
         knows_base_covariance_(targets.knows_base_covariance()),
         report_{nominal.name, file, targets.is_position_only(), {}},
         turned_{.most = options.max_orientation_residual_deg},
         displaced_{.most = options.max_position_residual_mm} {
-    document_["joints"] = json::array{};
-    for (const ReachColumn& column : columns_) document_[column.name] = json::array{};
     if (!options.out_file.empty() && options.out_file != kStandard) out_.emplace(options.out_file);
     if (!options.report_file.empty()) report_file_.emplace(options.report_file);
     if (std::ostream* out = csv()) {
       std::string header;
       for (const std::string& name : config::joint_column_names("q", nominal)) header += name + ',';
-      for (const ReachColumn& column : columns_) {
-        if (column.is_in_csv) header += std::string{column.name} + ',';
-      }
+      header += "residual_mm,";
+      if (document_.has_orientation) header += "residual_deg,";
+      if (document_.has_sigma) header += "sigma_mm,";
       write_line(*out, std::move(header));
       out->flush();
     }
@@ -375,9 +366,12 @@ class Output {
       if (!*out) throw ConfigError("the joint positions cannot be written");
     }
     if (options_.as_json) {
-      document_["joints"].as_array().push_back(record::joints_json(target.compensated.q, nominal_));
-      for (const ReachColumn& column : columns_)
-        document_[column.name].as_array().push_back(column.of(target));
+      document_.joints.push_back(in_deg_mm(target.compensated.q, nominal_));
+      document_.residual_mm.push_back(target.compensated.residual_mm);
+      document_.iterations.push_back(target.compensated.iterations);
+      document_.residual_deg.push_back(target.compensated.residual_rad * kDegPerRad);
+      document_.damped.push_back(target.compensated.damped);
+      document_.sigma_mm.push_back(target.sigma_mm.value_or(0));
     }
     if (report_file_) report_.rows.push_back(report_row(nominal_, target));
   }
@@ -385,9 +379,9 @@ class Output {
   /// @return whether every row keeps its orientation and position as well as was asked for
   bool finish() {
     if (report_file_) report_file_->stream() << report::render_compensation_html(report_);
-    if (!has_sigma_) note(options_.arm.model.string() + kNoSigma);
+    if (!document_.has_sigma) note(options_.arm.model.string() + kNoSigma);
     if (!is_tool_measured_) note(kToolGiven);
-    if (has_sigma_ && !options_.base.empty() && !knows_base_covariance_) note(kBaseGiven);
+    if (document_.has_sigma && !options_.base.empty() && !knows_base_covariance_) note(kBaseGiven);
     if (turned_.rows > 0)
       print_to_stderr(
           "truepose: " + turned_.text(rows_, "deg of orientation") +
@@ -398,7 +392,7 @@ class Output {
           "truepose: " + displaced_.text(rows_, "mm of position") +
           ": the orientation would be worse than without a correction; move these targets away from there, or "
           "allow it by --max-position-residual");
-    if (options_.as_json) std::cout << control::json_text(document_) << '\n';
+    if (options_.as_json) std::cout << control::json_text(record::to_json(document_)) << '\n';
     flush_standard_output();  // before a file takes its place
     for (auto* file : {&out_, &report_file_}) {
       if (*file) (*file)->close();
@@ -415,9 +409,10 @@ class Output {
     for (std::size_t i = 0; i < nominal_.joints.size(); ++i)
       row +=
           config::joint_field(target.compensated.q[static_cast<Eigen::Index>(i)], nominal_.joints[i]) + ',';
-    for (const ReachColumn& column : columns_) {
-      if (column.is_in_csv) row += config::format_number(column.of(target).as_double()) + ',';
-    }
+    const auto add = [&row](double number) { row += config::format_number(number) + ','; };
+    add(target.compensated.residual_mm);
+    if (document_.has_orientation) add(target.compensated.residual_rad * kDegPerRad);
+    if (document_.has_sigma) add(target.sigma_mm.value());
     return row;
   }
   /// @param cells  a comma behind each
@@ -427,8 +422,7 @@ class Output {
   }
   void note(std::string text) {
     if (options_.as_json) {
-      if (!document_.contains("notes")) document_["notes"] = json::array{};
-      document_["notes"].as_array().emplace_back(std::move(text));
+      document_.notes.push_back(std::move(text));
     } else {
       print_to_stderr("truepose: " + text);
     }
@@ -440,10 +434,9 @@ class Output {
 
   const CompensateOptions& options_;
   const RobotModel& nominal_;
-  std::vector<ReachColumn> columns_;
-  bool has_sigma_, is_tool_measured_, knows_base_covariance_;
+  ReachedColumns document_;
+  bool is_tool_measured_, knows_base_covariance_;
   std::optional<UnfinishedFile> out_, report_file_;
-  json::object document_;
   report::CompensationReport report_;
   std::size_t rows_ = 0;
   GivenUp turned_, displaced_;

@@ -1,11 +1,10 @@
 #include <algorithm>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <memory>
 
 #include "config/cell_config.hpp"
 #include "core/named.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/doctor/diagnose.hpp"
 #include "tools/truepose/doctor/probes.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
@@ -13,29 +12,24 @@
 #include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
+
+constexpr std::array kLevels{Named{"ok", Level::Ok}, Named{"warning", Level::Warning},
+                             Named{"fault", Level::Fault}};
+
+void layout(record::Io& io, Finding& x) {
+  io("area", x.area);
+  io("level", x.level, kLevels);
+  io("code", x.message.code);
+  io("finding", x.message.what);
+  io("next", x.message.what_to_do);
+}
+
 namespace {
-
-namespace json = boost::json;
-
-constexpr std::array kLevels{Named<Level>{"ok", Level::Ok}, Named<Level>{"warning", Level::Warning},
-                             Named<Level>{"fault", Level::Fault}};
 
 struct DoctorCommand {
   std::string cell_file;
   OnlineOptions online;
 };
-
-json::array findings_json(const Findings& findings) {
-  json::array all;
-  for (const Finding& one : findings) {
-    all.push_back(json::object{{"area", one.area},
-                               {"level", name_of(kLevels, one.level)},
-                               {"code", one.message.code},
-                               {"finding", one.message.what},
-                               {"next", one.message.what_to_do}});
-  }
-  return all;
-}
 
 std::string findings_text(const Findings& findings) {
   std::vector<Cells> rows;
@@ -49,7 +43,7 @@ int run_doctor(const DoctorCommand& command) {
   const config::CellConfig cell = config::load_cell(command.cell_file);
   const Observations seen = observe(cell, command.online);
   const Findings findings = diagnose(command.cell_file, cell, seen);
-  print(command.online.json ? control::json_text(findings_json(findings)) + "\n" : findings_text(findings));
+  print(command.online.json ? control::json_text(record::to_json(findings)) + "\n" : findings_text(findings));
   const bool fault = std::ranges::any_of(findings, [](const Finding& f) { return f.level == Level::Fault; });
   return fault ? kFailed : kDone;
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/json.hpp>
+#include <boost/json/object.hpp>
 #include <cstdio>
 #include <iostream>
 #include <memory>

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <boost/json.hpp>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -12,15 +11,26 @@
 #include "config/text_file.hpp"
 #include "core/plan/optimal_design.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/record/arm_document.hpp"
+#include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/progress_line.hpp"
 #include "tools/truepose/text.hpp"
 
+namespace truepose::record {
+
+void layout(Io& io, PredictedError& x) {
+  io("rms_mm", x.rms_mm);
+  io("max_mm", x.max_mm);
+}
+void layout(Io& io, DesignSize& x) {
+  io("poses", x.poses);
+  layout(io, x.error);
+}
+
+}  // namespace truepose::record
+
 namespace truepose::tools {
 namespace {
-
-namespace json = boost::json;
 
 struct PlanCommand {
   std::string robot_file, cell_file, out_file;
@@ -42,34 +52,38 @@ config::CellConfig cell_of(const PlanCommand& command) {
   return cell;
 }
 
-json::object error_json(const PredictedError& error) {
-  return {{"rms_mm", error.rms_mm}, {"max_mm", error.max_mm}};
+struct InDegMm {
+  const RobotModel& robot;
+  std::vector<double> form_of(const JointVector& q) const { return in_deg_mm(q, robot); }
+};
+
+record::ByName<int> rejected(const Candidates& candidates) {
+  record::ByName<int> counts;
+  for (std::size_t i = 0; i < kPoseFaults; ++i)
+    counts.emplace_back(fault_text(static_cast<PoseFault>(i)), candidates.faults[i]);
+  return counts;
 }
 
-json::object plan_json(const RobotModel& robot, const MeasurementPlan& plan, const PredictedError& bound) {
-  json::array poses, sizes;
-  for (const JointVector& q : plan.poses) poses.push_back(record::joints_json(q, robot));
-  for (const DesignSize& size : plan.sizes) {
-    json::object one = error_json(size.error);
-    one["poses"] = size.poses;
-    sizes.push_back(std::move(one));
-  }
-  json::object rejected;
-  for (std::size_t i = 0; i < kPoseFaults; ++i)
-    rejected[fault_text(static_cast<PoseFault>(i))] = plan.candidates.faults[i];
-  return {{"poses", std::move(poses)},
-          {"predicted", error_json(plan.predicted)},
-          {"random", error_json(plan.random)},
-          {"bound", error_json(bound)},
-          {"sizes", std::move(sizes)},
-          {"enough", plan.enough ? json::value(*plan.enough) : json::value{}},
-          {"travel_s", plan.travel_s},
-          {"random_travel_s", plan.random_travel_s},
-          {"reference",
-           plan.reference ? json::value(record::joints_json(*plan.reference, robot)) : json::value{}},
-          {"candidates", plan.candidates.poses.size()},
-          {"tried", plan.candidates.tried},
-          {"rejected", std::move(rejected)}};
+/// What is printed as JSON.
+struct PlanDocument {
+  const RobotModel& robot;
+  MeasurementPlan plan;
+  PredictedError bound;
+};
+void layout(record::Io& io, PlanDocument& x) {
+  MeasurementPlan& plan = x.plan;
+  io("poses", plan.poses, InDegMm{x.robot});
+  io("predicted", plan.predicted);
+  io("random", plan.random);
+  io("bound", x.bound);
+  io("sizes", plan.sizes);
+  io.nullable("enough", plan.enough);
+  io("travel_s", plan.travel_s);
+  io("random_travel_s", plan.random_travel_s);
+  io.nullable("reference", plan.reference, InDegMm{x.robot});
+  io("candidates", plan.candidates.poses.size());
+  io("tried", plan.candidates.tried);
+  io("rejected", rejected(plan.candidates));
 }
 
 void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan, const PredictedError& bound) {
@@ -120,7 +134,7 @@ int run_plan(const PlanCommand& command) {
   }
   const PredictedError bound = error_bound(*plan->problem, command.poses);
   if (command.as_json) {
-    std::cout << control::json_text(plan_json(cell.robot.model, *plan, bound)) << '\n';
+    std::cout << control::json_text(record::to_json(PlanDocument{cell.robot.model, *plan, bound})) << '\n';
   } else {
     print_plan(cell, *plan, bound);
   }

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <cstdio>
 #include <memory>
 
@@ -8,6 +6,7 @@
 #include "core/formatted.hpp"
 #include "daemon/replay/replay.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 #include "proto/recording/recording.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/text.hpp"
@@ -15,7 +14,6 @@
 namespace truepose::tools {
 namespace {
 
-namespace json = boost::json;
 using daemon::ReplayNote;
 using daemon::ReplayReport;
 using daemon::StreamReport;
@@ -36,60 +34,71 @@ std::string time_text(std::int64_t time_ns, const Header& header) {
 
 // ---- As JSON ----
 
-json::value note_json(const std::optional<ReplayNote>& note, const Header& header) {
-  if (!note) return {};
-  const double time_s = static_cast<double>(note->time_ns - header.time_ns) / 1e9;
-  return json::object{{"time_s", time_s}, {"text", note->text}};
+/// A note with its time since the recording was written.
+struct SinceWritten {
+  struct Form {
+    double time_s;
+    std::string text;
+  };
+  std::int64_t written_ns;
+  Form form_of(const ReplayNote& note) const {
+    return {static_cast<double>(note.time_ns - written_ns) / 1e9, note.text};
+  }
+};
+void layout(record::Io& io, SinceWritten::Form& x) {
+  io("time_s", x.time_s);
+  io("text", x.text);
 }
 
-json::array notes_json(const std::vector<ReplayNote>& notes, const Header& header) {
-  json::array all;
-  for (const ReplayNote& note : notes) all.push_back(note_json(note, header));
-  return all;
+struct ModelDigest {
+  struct Form {
+    std::string id, sha256;
+  };
+  static Form form_of(const recording::Model& model) { return {model.id, model.sha256}; }
+};
+void layout(record::Io& io, ModelDigest::Form& x) {
+  io("id", x.id);
+  io("sha256", x.sha256);
 }
 
-json::object device_json(const recording::Device& device) {
-  return {{"model", device.model}, {"serial", device.serial}, {"software", device.software}};
+struct ReplayedStream {
+  StreamReport stream;
+  SinceWritten since;
+};
+void layout(record::Io& io, ReplayedStream& x) {
+  io("datagrams", x.stream.datagrams);
+  io("rejected", x.stream.rejected);
+  io.nullable("first_rejected", x.stream.first_rejected, x.since);
+  io("sessions", x.stream.sessions);
+  io("compared", x.stream.compared);
+  io("different", x.stream.different);
+  io.nullable("first_different", x.stream.first_different, x.since);
+  io("not_compared", x.stream.not_compared);
+  io("faults", x.stream.faults, x.since);
+  io("counters", x.stream.counters);
+  io("max_step_deg", x.stream.max_step_deg);
 }
 
-json::object counters_json(const std::map<std::string, std::uint64_t>& counters) {
-  json::object all;
-  for (const auto& [name, count] : counters) all[name] = count;
-  return all;
-}
-
-json::object stream_json(const StreamReport& stream, const Header& header) {
-  return {{"datagrams", stream.datagrams},
-          {"rejected", stream.rejected},
-          {"first_rejected", note_json(stream.first_rejected, header)},
-          {"sessions", stream.sessions},
-          {"compared", stream.compared},
-          {"different", stream.different},
-          {"first_different", note_json(stream.first_different, header)},
-          {"not_compared", json::array(stream.not_compared.begin(), stream.not_compared.end())},
-          {"faults", notes_json(stream.faults, header)},
-          {"counters", counters_json(stream.counters)},
-          {"max_step_deg", stream.max_step_deg}};
-}
-
-json::object report_json(const Header& header, const ReplayReport& report) {
-  json::array models;
-  for (const recording::Model& model : header.models)
-    models.push_back(json::object{{"id", model.id}, {"sha256", model.sha256}});
-  return {{"product", header.product},
-          {"cell", header.cell},
-          {"date", header.date},
-          {"reason", header.reason},
-          {"robot", device_json(header.robot)},
-          {"tracker", device_json(header.tracker)},
-          {"models", std::move(models)},
-          {"records", report.records},
-          {"dropped", report.dropped},
-          {"seconds", static_cast<double>(report.end_ns - report.begin_ns) / 1e9},
-          {"damage", report.damage},
-          {"stream", stream_json(report.stream, header)},
-          {"recorded_faults", notes_json(report.recorded_faults, header)},
-          {"same", report.same()}};
+struct ReplayDocument {
+  Header header;
+  ReplayReport report;
+};
+void layout(record::Io& io, ReplayDocument& x) {
+  const SinceWritten since{x.header.time_ns};
+  io("product", x.header.product);
+  io("cell", x.header.cell);
+  io("date", x.header.date);
+  io("reason", x.header.reason);
+  io("robot", x.header.robot);
+  io("tracker", x.header.tracker);
+  io("models", x.header.models, ModelDigest{});
+  io("records", x.report.records);
+  io("dropped", x.report.dropped);
+  io("seconds", static_cast<double>(x.report.end_ns - x.report.begin_ns) / 1e9);
+  io("damage", x.report.damage);
+  io("stream", ReplayedStream{x.report.stream, since});
+  io("recorded_faults", x.report.recorded_faults, since);
+  io("same", x.report.same());
 }
 
 // ---- As text ----
@@ -144,9 +153,10 @@ int run_replay(const Replay& command) {
   const auto report = daemon::replay(*recording);
   if (!report) throw CommandError{kBadInput, command.file + ": " + report.error()};
   const Header& header = recording->header();
-  const std::string text = command.json ? control::json_text(report_json(header, *report)) + "\n"
-                                        : header_text(header, *report) + findings_text(header, *report) +
-                                              stream_text(report->stream);
+  const std::string text =
+      command.json
+          ? control::json_text(record::to_json(ReplayDocument{header, *report})) + "\n"
+          : header_text(header, *report) + findings_text(header, *report) + stream_text(report->stream);
   std::fputs(text.c_str(), stdout);
   if (!report->damage.empty())
     print_to_stderr("truepose: " + command.file + ": " + report->damage + ": read up to there");

@@ -1,102 +1,66 @@
 #include "tools/truepose/offline/validation_runs.hpp"
 
 #include <algorithm>
-#include <boost/json.hpp>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "config/text_file.hpp"
 #include "core/calibrate/station_split.hpp"
 #include "core/data/measurement.hpp"
 #include "core/math/parallel.hpp"
-#include "proto/record/calibration_document.hpp"
-#include "proto/record/json_io.hpp"
 
 namespace truepose::tools {
 namespace {
 
-namespace json = boost::json;
 using config::ConfigError;
 
-/// The mean of every number over documents of the same shape (objects of numbers and such objects).
-///
-/// @param documents  at least one
-json::value mean_document(const json::array& documents) {
-  if (documents[0].is_object()) {
-    json::object mean;
-    for (const auto& member : documents[0].as_object()) {
-      json::array values;
-      for (const json::value& document : documents) values.push_back(document.at(member.key()));
-      mean[member.key()] = mean_document(values);
-    }
-    return mean;
-  }
-  double sum = 0;
-  bool all_equal = true;
-  for (const json::value& number : documents) {
-    sum += number.to_number<double>();
-    all_equal = all_equal && number == documents[0];
-  }
-  // A count that is the same everywhere stays a whole number.
-  return all_equal ? documents[0] : json::value(sum / static_cast<double>(documents.size()));
-}
-
-/// How the errors of several validations differ: {"over","count","before","geometric","after"}, each stage
-/// with the standard deviations of {"mean","max","rms"}, mm.
-///
-/// @param validations  "validate" of each run, at least two
-/// @param over         what the runs are: "splits" or "folds"
-json::object spread_document(const json::array& validations, std::string_view over) {
-  json::object spread{{"over", over}, {"count", static_cast<std::int64_t>(validations.size())}};
-  const auto runs = static_cast<double>(validations.size());
-  for (const char* stage : {"before", "geometric", "after"}) {
-    json::object deviations;
-    for (const char* statistic : {"mean", "max", "rms"}) {
-      const auto value = [&](const json::value& run) {
-        return run.at(stage).at(statistic).to_number<double>();
-      };
-      double mean = 0, squares = 0;
-      for (const json::value& run : validations) mean += value(run) / runs;
-      for (const json::value& run : validations) squares += (value(run) - mean) * (value(run) - mean);
-      deviations[statistic] = std::sqrt(squares / (runs - 1));
-    }
-    spread[stage] = std::move(deviations);
-  }
-  return spread;
+/// Standard deviations over the runs, of which there are at least two.
+record::StageSpread spread_of(const std::vector<record::Run>& runs, ErrorStatistics StageErrors::*stage) {
+  const auto deviation = [&](double ErrorStatistics::*figure) {
+    const auto value = [&](const record::Run& run) { return run.validate.*stage.*figure; };
+    const auto count = static_cast<double>(runs.size());
+    double mean = 0, squares = 0;
+    for (const record::Run& run : runs) mean += value(run) / count;
+    for (const record::Run& run : runs) squares += (value(run) - mean) * (value(run) - mean);
+    return std::sqrt(squares / (count - 1));
+  };
+  return {deviation(&ErrorStatistics::mean), deviation(&ErrorStatistics::max),
+          deviation(&ErrorStatistics::rms)};
 }
 
 /// The runs of one validation. They may come in any order, each from a thread of its own.
 class Runs {
  public:
-  explicit Runs(int count) : entries_(static_cast<std::size_t>(count)) {}
+  explicit Runs(int count) : runs_(static_cast<std::size_t>(count)) {}
 
-  void put(int run, json::object entry, const json::object& document) {
-    for (const char* key : {"converged", "iterations", "identify", "validate", "rank", "condition"}) {
-      entry[key] = document.at(key);
-    }
-    entries_[static_cast<std::size_t>(run)] = std::move(entry);
-  }
-
-  json::array validations() const {
-    json::array all;
-    for (const json::object& entry : entries_) all.push_back(entry.at("validate"));
-    return all;
+  /// @return the run, for what names it
+  record::Run& put(int run, const record::CalibrationDocument& document) {
+    return runs_[static_cast<std::size_t>(run)] = {.seed = {},
+                                                   .fold = {},
+                                                   .converged = document.converged,
+                                                   .iterations = document.iterations,
+                                                   .identify = document.identify,
+                                                   .validate = document.validate.value(),
+                                                   .rank = document.rank,
+                                                   .condition = document.condition};
   }
 
   /// @param rest_converged  what else was fitted
-  void describe(json::object& document, std::string_view over, bool rest_converged = true) && {
-    const auto converged = [](const json::object& entry) { return entry.at("converged").as_bool(); };
-    document["converged"] = rest_converged && std::ranges::all_of(entries_, converged);
-    document["spread"] = spread_document(validations(), over);
-    document["splits"] = json::array(entries_.begin(), entries_.end());
+  void describe(record::CalibrationDocument& document, record::Runs over, bool rest_converged = true) && {
+    document.converged = rest_converged && std::ranges::all_of(runs_, &record::Run::converged);
+    document.spread = record::Spread{.over = over,
+                                     .count = static_cast<int>(runs_.size()),
+                                     .before = spread_of(runs_, &StageErrors::before),
+                                     .geometric = spread_of(runs_, &StageErrors::geometric),
+                                     .after = spread_of(runs_, &StageErrors::after)};
+    document.splits = std::move(runs_);
   }
 
  private:
-  std::vector<json::object> entries_;
+  std::vector<record::Run> runs_;
 };
 
 /// How many threads each of the runs has for itself where all share `jobs`.
@@ -105,13 +69,13 @@ int jobs_of_each(int runs, int jobs) { return std::max(1, jobs / runs); }
 /// The errors of every point under the fit that had not seen it, each from one of several threads.
 class UnseenPoints {
  public:
-  explicit UnseenPoints(std::size_t points) : errors_(points), documents_(points) {}
+  explicit UnseenPoints(std::size_t points) : errors_(points), points_(points) {}
 
   void add(const MeasurementData& data, const Outcome& outcome) {
     for (std::size_t i = 0; i < data.points.size(); ++i) {
       if (data.points[i].set != PoseSet::Validate) continue;
       errors_[i] = outcome.calibration.points[i];
-      documents_[i] = outcome.document.at("points").at(i);
+      points_[i] = outcome.document.points[i];
     }
   }
 
@@ -129,11 +93,11 @@ class UnseenPoints {
             .after = error_statistics(after)};
   }
 
-  json::array documents() && { return std::move(documents_); }
+  std::vector<record::Point> points() && { return std::move(points_); }
 
  private:
   std::vector<PointErrors> errors_;
-  json::array documents_;
+  std::vector<record::Point> points_;
 };
 
 }  // namespace
@@ -149,15 +113,14 @@ Outcome over_splits(const CalibrateOnce& calibrate_once, const Judge& judge, con
     split_each_station(marked, splits.fraction, own_seed);
     Outcome outcome = calibrate_once(marked, jobs_of_each(splits.repeat, jobs));
     if (!outcome.calibration.validate) throw ConfigError("--split: leaves no pose to validate");
-    runs.put(i, {{"seed", own_seed}}, outcome.document);
+    runs.put(i, outcome.document).seed = own_seed;
     if (splits.repeat > 1)
       judged[static_cast<std::size_t>(i)] = {own_seed, judge(outcome),
                                              outcome.calibration.validate->after.max};
     if (i == 0) first = std::move(outcome);
   });
   if (splits.repeat > 1) {
-    first->document["validate"] = mean_document(runs.validations());
-    std::move(runs).describe(first->document, "splits");
+    std::move(runs).describe(first->document, record::Runs::Splits);
     first->splits = std::move(judged);
   }
   return std::move(*first);
@@ -179,7 +142,7 @@ Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, in
     if (const auto unplaced = unplaced_station(marked))
       throw ConfigError("--folds: " + *unplaced + ": use --split, which leaves it so many");
     Outcome outcome = calibrate_once(marked, jobs_of_each(folds, jobs));
-    runs.put(fold, {{"fold", fold + 1}}, outcome.document);
+    runs.put(fold, outcome.document).fold = fold + 1;
     unseen.add(marked, outcome);
     distances2[static_cast<std::size_t>(fold)] = std::move(outcome.distances2);
   });
@@ -188,9 +151,9 @@ Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, in
   all.calibration.validate = unseen.statistics(poses);
   all.distances2.clear();
   for (const auto& of_fold : distances2) std::ranges::copy(of_fold, std::back_inserter(all.distances2));
-  all.document["validate"] = record::to_json(*all.calibration.validate);
-  all.document["fold_points"] = std::move(unseen).documents();
-  std::move(runs).describe(all.document, "folds", all.calibration.converged);
+  all.document.validate = all.calibration.validate;
+  all.document.fold_points = std::move(unseen).points();
+  std::move(runs).describe(all.document, record::Runs::Folds, all.calibration.converged);
   return all;
 }
 

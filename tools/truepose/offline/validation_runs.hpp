@@ -1,19 +1,19 @@
 #pragma once
 
-#include <boost/json/object.hpp>
 #include <cstdint>
 #include <functional>
 #include <vector>
 
 #include "core/calibrate/calibration.hpp"
 #include "core/quality/splits_verdict.hpp"
+#include "proto/record/calibration_document.hpp"
 
 namespace truepose::tools {
 
 /// A calibration and its document.
 struct Outcome {
   Calibration calibration;
-  boost::json::object document;
+  record::CalibrationDocument document;
   MeasurementNoise noise;           ///< of a point about the model
   std::vector<double> distances2;   ///< validation_distances2()
   MeasurementData data;             ///< that it came from, as it was marked and fitted
@@ -35,14 +35,13 @@ struct Splits {
 };
 
 /// One calibration for each of the splits. The result is that of the
-/// first; with several, "validate" holds the means, "spread" the standard deviations and
-/// "splits" each one, and each is judged.
+/// first; with several, `spread` holds the standard deviations and `splits` each one, and each is judged.
 Outcome over_splits(const CalibrateOnce& calibrate_once, const Judge& judge, const MeasurementData& data,
                     const Splits& splits, int jobs);
 
-/// K-fold cross-validation. The result is identified from all poses, but "validate" holds the errors of every
-/// point as the fit predicts it that has not seen its pose, "fold_points" each of them (as "points"),
-/// "spread" the standard deviations over the folds and "splits" each fold.
+/// K-fold cross-validation. The result is identified from all poses, but `validate` holds the errors of every
+/// point as the fit predicts it that has not seen its pose, `fold_points` each of them (as `points`),
+/// `spread` the standard deviations over the folds and `splits` each fold.
 Outcome over_folds(const CalibrateOnce& calibrate_once, MeasurementData data, int folds, std::uint64_t seed,
                    int jobs);
 

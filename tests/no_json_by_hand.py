@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""Fails where a source writes or reads the members of JSON by hand. What a document has is said once, by the layout of
+its record (proto/record/layout.hpp). Fails too where a file of the lists below does not need to be there.
+
+    no_json_by_hand.py ROOT
+"""
+import pathlib
+import re
+import sys
+
+MAY = {
+    "config/cell_config.cpp": "system.config shows only what is named there: what is not may be a secret",
+    "proto/control/audit_chain.cpp": "what links the lines stands in front of records of any kind",
+    "proto/control/request.cpp": "the envelope of JSON-RPC is around JSON of any kind",
+    "proto/control/schema.cpp": "reads openrpc.json, whose members are those of JSON Schema",
+    "proto/rpc/methods.cpp": "writes openrpc.json, likewise",
+}
+
+# To be converted.
+MAY |= dict.fromkeys(
+    """
+    daemon/campaign/store_journal.cpp
+    daemon/cell/report_service.cpp
+    daemon/control/audit_files.cpp
+    daemon/control/audit_trail.cpp
+    daemon/control/commands.cpp
+    daemon/control/jobs.cpp
+    daemon/daemon.cpp
+    daemon/report/calibration_page.cpp
+    tools/truepose/online/campaign_commands.cpp
+    tools/truepose/online/campaign_rows.cpp
+    tools/truepose/online/online_commands.cpp
+    tools/truepose/online/recording_commands.cpp
+    tools/truepose/online/report_command.cpp
+    """.split()
+)
+
+KEY = r'"[a-z_$][\w$]*"'
+# Other lists begin alike, so that it counts only where there is JSON, and not in a table for people.
+MEMBER = re.compile(rf"\{{\s*\{{\s*{KEY}\s*,")
+TABLE = re.compile(r"(Cells>\s*\w+|text_table\()\s*\{")
+BY_HAND = re.compile(
+    r"\bjson::(?:object|value)\s*\w*\s*[({]\s*\{"  # json::object{{"key", value}}
+    rf"|[\w\])]\[{KEY}\]"  # object["key"]
+    rf"|(?:\.|->)(?:at|if_contains|emplace|insert_or_assign)\(\s*{KEY}"  # object.at("key")
+    r'|\b(?:at|find)_pointer\([^()"]*"/'  # value.at_pointer("/key")
+)
+
+
+def lines_by_hand(file):
+    """The lines in which it writes or reads members by hand."""
+    text = TABLE.sub(lambda table: "\n" * table[0].count("\n"), file.read_text(encoding="utf-8"))
+    patterns = [BY_HAND] if re.search(r"\bjson", text) else []
+    patterns += [MEMBER] if re.search(r"\bjson::(array|object|value)\b", text) else []
+    return sorted({text.count("\n", 0, found.start()) + 1 for by in patterns for found in by.finditer(text)})
+
+
+root = pathlib.Path(sys.argv[1])
+by_hand = {}
+for room in ("core", "proto", "config", "drivers", "daemon", "tools"):
+    for source in root.glob(f"{room}/**/*.[ch]pp"):
+        by_hand[str(source.relative_to(root))] = lines_by_hand(source)
+wrong = [
+    f"{name}:{line}: JSON by hand: give it a record with a layout"
+    for name, lines in sorted(by_hand.items())
+    for line in lines
+    if name not in MAY and not name.startswith("proto/record/")
+]
+wrong += [f"{name}: has no JSON by hand: take it off the list" for name in MAY if not by_hand.get(name)]
+print("\n".join(wrong))
+sys.exit(bool(wrong))
