@@ -232,7 +232,7 @@ void check(const Io& io, const CampaignStart& x) {
       io.fail_at("validate_poses", "expected a whole number 1.." + std::to_string(kMostTargets) + ", found " +
                                        std::to_string(poses));
   if (std::set<std::string>(x.points.begin(), x.points.end()).size() != x.points.size())
-    io.fail_at("points", "expected names of which none is there twice");
+    io.fail_at("points", "expected distinct names");
   if (!x.at.empty() && x.touch)
     io.fail_at("at", "the tracker looks for no points that touch asks for: leave out one of both");
   const std::size_t points = std::max<std::size_t>(x.points.size(), 1);  // of a tool its origin, by default
@@ -254,10 +254,10 @@ const Method& CampaignStart::method() {
           "calibration: identify_poses, validate_poses, seed, remeasure, activate. Of kind targets, which "
           "needs an active model: joints or poses, or validate_poses of a plan; rounds, tolerance_mm, "
           "readings, seed. Of kind iso9283: cycles, variation, compensate, seed. Of kind tool, which needs "
-          "an active model: number, points, at, known, facing, orientation, together, poses_per_point, "
+          "an active model: number, points, at, nominal, facing, orientation, together, poses_per_point, "
           "seed. A tool campaign with several points pauses before each but the first: the reflector is "
           "moved by hand. The reason of state paused names the next place; campaign.resume measures it. Of "
-          "kind base, which needs an active model: number, points, at, known, readings; the arm stands "
+          "kind base, which needs an active model: number, points, at, nominal, readings; the arm stands "
           "still, and it pauses before each point. With touch in place of at, the TCP of that tool touches "
           "the points and the tracker is not used. It pauses before each touch; the arm is jogged there, "
           "in any operating mode, and campaign.resume takes the touch. It pauses again, with the reason, "

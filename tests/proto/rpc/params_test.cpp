@@ -16,7 +16,6 @@ namespace truepose::rpc {
 namespace {
 
 using testing::ElementsAre;
-using testing::Optional;
 
 boost::json::object object_of(std::string_view text) {
   return boost::json::parse({text.data(), text.size()}).as_object();
@@ -35,7 +34,7 @@ std::string complaint(std::string_view params) {
 TEST(Params, HaveTheirUsualValuesWhereTheyAreLeftOut) {
   const auto request = read_params<TargetsCompensate>(object_of(R"({"joints":[[1,2.5],[3,4]],"tool":3})"));
   ASSERT_TRUE(request) << request.error().message;
-  EXPECT_THAT(request->joints, Optional(ElementsAre(ElementsAre(1, 2.5), ElementsAre(3, 4))));
+  EXPECT_THAT(request->joints, ElementsAre(ElementsAre(1, 2.5), ElementsAre(3, 4)));
   EXPECT_EQ(request->tool, 3);
   EXPECT_EQ(request->model_id, std::nullopt);
   const auto page = read_params<ModelList>({});
@@ -53,7 +52,7 @@ TEST(Params, SayWhatWasExpectedAndWhatWasFound) {
   EXPECT_EQ(complaint<DriftCheck>(R"({"update":1})"), "params.update: expected true or false, found 1");
   EXPECT_EQ(complaint<ModelActivate>("{}"), "params.id: is missing");
   EXPECT_EQ(complaint<TargetsCompensate>(R"({"poses":[[1,2,3,4,5,6],[3]]})"),
-            "params.poses[1]: expected 6 elements, found 1");
+            "params.poses[1]: expected 6 numbers, found 1");
   EXPECT_EQ(complaint<TargetsCompensate>(R"({"joints":[]})"),
             "params.joints: expected 1..200 elements, found 0");
   EXPECT_EQ(complaint<EventsSubscribe>(R"({"topics":["cell","cel"]})"),
