@@ -10,28 +10,28 @@ import sys
 
 MAY = {
     "config/cell_config.cpp": "system.config shows only what is named there: what is not may be a secret",
+    "daemon/cell/report_service.cpp": "adds the stream to a document that is passed on as it was stored",
+    "daemon/control/audit_files.cpp": "reads lines as they were written, by other versions too",
+    "daemon/control/audit_trail.cpp": "writes lines whose bytes are hashed: the order of their members stays",
+    "daemon/control/commands.cpp": "likewise",
     "proto/control/audit_chain.cpp": "what links the lines stands in front of records of any kind",
     "proto/control/request.cpp": "the envelope of JSON-RPC is around JSON of any kind",
     "proto/control/schema.cpp": "reads openrpc.json, whose members are those of JSON Schema",
     "proto/rpc/methods.cpp": "writes openrpc.json, likewise",
+    "tools/truepose/online/recording_commands.cpp": "adds to an answer that is printed as it came",
+    "tools/truepose/online/report_command.cpp": "adds to a document that is printed as it came",
 }
 
 # To be converted.
 MAY |= dict.fromkeys(
     """
     daemon/campaign/store_journal.cpp
-    daemon/cell/report_service.cpp
-    daemon/control/audit_files.cpp
-    daemon/control/audit_trail.cpp
-    daemon/control/commands.cpp
     daemon/control/jobs.cpp
     daemon/daemon.cpp
     daemon/report/calibration_page.cpp
     tools/truepose/online/campaign_commands.cpp
     tools/truepose/online/campaign_rows.cpp
     tools/truepose/online/online_commands.cpp
-    tools/truepose/online/recording_commands.cpp
-    tools/truepose/online/report_command.cpp
     """.split()
 )
 

@@ -158,7 +158,7 @@ class SchemaIo final : public WriteIo {
   void describe_words(const std::vector<std::string_view>& words) override {
     json::array names;
     for (const std::string_view word : words) names.emplace_back(key_view(word));
-    open_.back().schema = {{"enum", std::move(names)}};
+    open_.back().schema = {{"type", "string"}, {"enum", std::move(names)}};
   }
   void describe_size(Size size) override {
     constexpr Size kAnySize;
@@ -176,6 +176,7 @@ class SchemaIo final : public WriteIo {
     json::value* const type = schema.if_contains("type");
     if (!type) return {{"oneOf", json::array{std::move(schema), json::object{{"type", "null"}}}}};
     *type = json::array{*type, "null"};
+    if (json::value* const words = schema.if_contains("enum")) words->as_array().emplace_back(nullptr);
     return schema;
   }
   void show_usual(json::value usual) {

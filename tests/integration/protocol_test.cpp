@@ -226,9 +226,9 @@ TEST(TheControlProtocol, AnswersAndTellsWhatItsSchemaSays) {
 TEST(TheCheckOfSchemas, SeesWhatDoesNotFit) {
   const json::value document = schema();
   const SchemaCheck check{document};
-  const json::value axis = {{"$ref", "#/components/schemas/AxisStatistics"}};
-  EXPECT_THAT(check.of(axis, {{"mean_abs", 1}, {"rms", 1.5}, {"max", 2}}), IsEmpty());
-  EXPECT_EQ(check.of(axis, {{"mean_abs", "1"}, {"rms", 1.5}}).size(), 2u);
+  const json::value times = {{"$ref", "#/components/schemas/Percentiles"}};
+  EXPECT_THAT(check.of(times, {{"p50", 1}, {"p99", 1.5}, {"p999", 2}, {"max", 3}}), IsEmpty());
+  EXPECT_EQ(check.of(times, {{"p50", "1"}, {"p99", 1.5}, {"p999", 2}}).size(), 2u);
   const json::value choice =
       json::parse(R"({"oneOf": [{"type": "integer", "minimum": 0}, {"type": "null"}]})");
   EXPECT_THAT(check.of(choice, 0), IsEmpty());
