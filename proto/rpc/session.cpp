@@ -124,7 +124,7 @@ const Method& SessionPing::method() {
   return kMethod;
 }
 
-void layout(Io& io, SystemInfo::Tls& x) {
+void layout(Io& io, TlsCertificate& x) {
   io.about("SHA-256")("fingerprint", x.fingerprint);
   io.format("date-time")("valid_until", x.valid_until);
 }

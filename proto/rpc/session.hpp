@@ -100,12 +100,13 @@ struct SessionPing : NoParameters {
 };
 void layout(Io& io, SessionPing::Result& x);
 
+struct TlsCertificate {
+  std::string fingerprint{};
+  std::string valid_until{};
+};
+
 /// system.info
 struct SystemInfo : NoParameters {
-  struct Tls {
-    std::string fingerprint{};
-    std::string valid_until{};
-  };
   struct Result {
     std::string product{};
     std::string version{};
@@ -115,7 +116,7 @@ struct SystemInfo : NoParameters {
     std::string started{};
     double uptime_s = 0;
     std::uint64_t connections = 0;
-    std::optional<Tls> tls{};
+    std::optional<TlsCertificate> tls{};
   };
   static const Method& method();
 };
