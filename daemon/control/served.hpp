@@ -35,8 +35,9 @@ MethodReply replied(boost::json::object params, std::function<Reply<R>(R)> carry
 /// A request of the control protocol and who carries it out. Some want to know by whom it was sent.
 template <typename Service>
 struct Served {
+  // Not explicit: a list of members is a list of these.
   template <rpc::Request R>
-  Served(Reply<R> (Service::*member)(R))  // NOLINT: a list of members is a list of these
+  Served(Reply<R> (Service::*member)(R))
       : name{R::method().name},
         carry_out{[member](Service& service, boost::json::object params, std::string) {
           return replied<R>(std::move(params),
