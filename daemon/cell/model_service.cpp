@@ -19,7 +19,7 @@ using control::RpcError;
 
 namespace {
 
-constexpr const char* kActiveModel = "active model";  // what may be owed to the store
+constexpr const char* kActiveModel = "active model";  // what the store may still have to take
 constexpr std::size_t kModelsRemembered = 8;          // of those that the stream was given
 
 /// Not validated = no number.

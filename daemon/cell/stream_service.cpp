@@ -28,7 +28,7 @@ constexpr Duration kUnconfirmed =
 constexpr Duration kDeviceAnswer = 5s;
 constexpr Duration kLeave = 2s;  // RSI_OFF follows the Stop bit within some cycles, then kSilence
 constexpr Duration kStartProgram = 20s;
-constexpr const char* kArmed = "armed";  // what may be owed to the store
+constexpr const char* kArmed = "armed";  // what the store may still have to take
 
 std::optional<Duration> packet_age(const StreamStatus& status, TimePoint now) {
   if (!status.heard) return std::nullopt;

@@ -213,7 +213,7 @@ AuditTrail::Taken AuditTrail::take(json::object record) {
   const auto written = append(record);
   if (written) return {*written, {}};
   if (pending_.size() < kMaxPending) {
-    record["owed"] = true;
+    record["written_later"] = true;
     pending_.push_back(std::move(record));
   } else {
     const json::value* const missed = pending_.back().if_contains("missed");

@@ -36,17 +36,18 @@ class AuditTrail {
   AuditTrail& operator=(AuditTrail&&) = delete;
   ~AuditTrail();
 
-  /// Returns once the record is on the disk, behind all that is owed to it. @return its number; else why it
+  /// Returns once the record is on the disk, after all that is pending. @return its number; else why it
   /// is not and what to do about that, and nothing of it is
   std::expected<std::uint64_t, std::string> append(boost::json::object record);
   /// The same of what is done in any case: where the disk does not take it, it is kept in memory, and written
-  /// before anything that follows ("owed"). Of so many that there is no room the last one counts the others.
+  /// before anything that follows ("written_later"). Of so many that there is no room the last one counts the
+  /// others.
   struct Taken {
     std::uint64_t number = 0;
     std::string why_pending;  ///< empty: it is on the disk
   };
   Taken take(boost::json::object record);
-  /// Writes what is owed. @return why it still cannot be
+  /// Writes what is pending. @return why it still cannot be
   std::expected<void, std::string> pay();
 
   /// Whether its files are still those that it writes to, and as it has left them; else what to do.

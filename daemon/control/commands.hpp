@@ -49,7 +49,7 @@ class Commands {
   rpc::Control who_has_control() const;
   Reply<rpc::AuditList> records(rpc::AuditList request);
 
-  /// Writes down what is owed to the audit trail, sees that its files are in their places, and whether
+  /// Writes what is pending into the audit trail, sees that its files are in their places, and whether
   /// control was lost: then the campaign under way is paused. Each command looks first.
   boost::asio::awaitable<void> look();
   /// Where the audit trail ends; none: none is kept. Once the worker has ended.

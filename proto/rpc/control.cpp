@@ -40,7 +40,7 @@ void layout(Io& io, AuditRecord& x) {
   io.about(
         "It was carried out while the disk took nothing, and was written down later; its time is when "
         "it came")
-      .optional("owed", x.owed);
+      .optional("written_later", x.written_later);
   io.about("Entries lost because the memory for unwritten ones was full").optional("missed", x.missed);
   io.about("Number of the command").optional("of", x.of);
   io.about("ok, or the error's code (E_STATE)").optional("result", x.result);

@@ -36,7 +36,7 @@ struct AuditRecord {
   std::optional<std::string> from{};
   std::optional<std::string> method{};
   std::optional<boost::json::object> params{};
-  std::optional<bool> owed{};
+  std::optional<bool> written_later{};
   std::optional<std::uint64_t> missed{};
   std::optional<std::uint64_t> of{};
   std::optional<std::string> result{};

@@ -334,22 +334,22 @@ TEST_F(AuditTrailTest, OwesWhatTheDiskDoesNotTakeAndWritesItBeforeWhatFollows) {
   const json::array found = trail.records(9, 9).value();
   ASSERT_EQ(found.size(), 4U);
   EXPECT_EQ(found[1].at("method").as_string(), "3");
-  EXPECT_EQ(found[1].at("owed"), true);
-  EXPECT_FALSE(found[0].as_object().contains("owed"));
+  EXPECT_EQ(found[1].at("written_later"), true);
+  EXPECT_FALSE(found[0].as_object().contains("written_later"));
   EXPECT_EQ(verify_audit(file())->end.count, 4U);
 }
 
 TEST_F(AuditTrailTest, CountsWhatItCannotEvenKeepInMemory) {
   AuditTrail trail = open();
-  constexpr int kOwed = 300;
+  constexpr int kPending = 300;
   {
     const test::FullDisk full;
-    for (int i = 0; i < kOwed; ++i) EXPECT_LE(trail.take({{"time", "t"}, {"who", "Anna"}}).number, 200U);
+    for (int i = 0; i < kPending; ++i) EXPECT_LE(trail.take({{"time", "t"}, {"who", "Anna"}}).number, 200U);
   }
   ASSERT_TRUE(trail.pay());
   EXPECT_EQ(trail.count(), 200U);
   const json::array last = trail.records(201, 1).value();
-  EXPECT_EQ(last[0].at("missed").as_int64(), kOwed - 199);
+  EXPECT_EQ(last[0].at("missed").as_int64(), kPending - 199);
   EXPECT_TRUE(verify_audit(file()));
 }
 
