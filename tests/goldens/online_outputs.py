@@ -29,6 +29,8 @@ HOME = [0, -90, 90, 0, 35, 0]
 HIDDEN = {"elapsed_s", "time_s", "uptime_s", "eta_s", "seconds", "bytes", "left_s", "connections", "version", "seq", "next_seq", "rank_gap", "waiting",
           "ipoc_step", "packet_age_ms", "peer", "scheduling", "last_minute", "late_by", "turnaround_us", "compute_us", "cycles", "answered", "held",
           "unconfirmed", "duplicate", "clamped", "damped", "no_solution", "late", "lost", "max_step_deg", "correction_deg", "measured_deg"}
+# The same of one method alone: the number of the next event, by how many there were until then.
+HIDDEN_OF = {"events.subscribe": {"next"}}
 # Members whose type, or that of their members, depends on it too.
 UNTYPED = {"eta_s", "waiting", "ipoc_step", "packet_age_ms", "peer", "refused", "robot", "scheduling", "last_minute", "late_by", "correction_deg",
            "measured_deg"}
@@ -107,7 +109,8 @@ class Record:
         self.files.setdefault(name, []).extend(texts)
 
     def keep_answer(self, method, title, params, answer, as_shape=False):
-        text = normal_form.shape(answer, hidden=UNTYPED) if as_shape else normal_form.json_form(answer, HIDDEN, self.masks)
+        hidden = HIDDEN | HIDDEN_OF.get(method, set())
+        text = normal_form.shape(answer, hidden=UNTYPED) if as_shape else normal_form.json_form(answer, hidden, self.masks)
         asked = normal_form.masked(json.dumps(params, ensure_ascii=False), self.masks)
         self.keep(f"rpc/{method}", f"== {title}: {asked}", text)
         self.asked["badly" if "error" in answer else "well"].add(method)
