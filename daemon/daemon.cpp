@@ -2,10 +2,7 @@
 
 #include <signal.h>
 
-#include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -36,6 +33,7 @@
 #include "drivers/clock.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/kuka/rsi_link.hpp"
+#include "drivers/net/spawn.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/rpc/events.hpp"
 
@@ -184,9 +182,7 @@ class Daemon {
   void run() {
     // Only now that the ports are ours: a second daemon by mistake must not end the campaign of the first.
     kept(store_.plans().interrupt_running(control::rfc3339(std::chrono::system_clock::now())));
-    asio::co_spawn(io_, live(), [](std::exception_ptr failed) {
-      if (failed) std::rethrow_exception(failed);
-    });
+    net::spawn(io_.get_executor(), live(), net::rethrow);
     io_.run();
     compute_thread_.join();
     store_thread_.join();
@@ -282,16 +278,12 @@ class Daemon {
     log_info("audit trail: " + std::to_string(end->count) + " records, head " + end->hash);
   }
 
-  void ask_for_numbers() {
-    const auto reserve = [this]() -> asio::awaitable<void> {
-      auto job = [this] { return store_.reserve_event_numbers(kEventNumbers); };
-      auto first = co_await store_thread_.ask(job);
-      if (first) events_.extend(*first + kEventNumbers);
-      if (!first) log_error("store: " + first.error().detail);
-    };
-    asio::co_spawn(io_, reserve, [](std::exception_ptr failed) {
-      if (failed) std::rethrow_exception(failed);
-    });
+  void ask_for_numbers() { net::spawn(io_.get_executor(), reserve_numbers(), net::rethrow); }
+  asio::awaitable<void> reserve_numbers() {
+    auto job = [this] { return store_.reserve_event_numbers(kEventNumbers); };
+    auto first = co_await store_thread_.ask(job);
+    if (first) events_.extend(*first + kEventNumbers);
+    if (!first) log_error("store: " + first.error().detail);
   }
 
   asio::awaitable<void> live() {
@@ -301,18 +293,18 @@ class Daemon {
     if (web_) web_->serve();
     bool watching = true;
     Signal watch_ended;
-    asio::co_spawn(io_, cell_.watch(),
-                   asio::bind_cancellation_slot(stop_watch_.slot(), [&](std::exception_ptr failed) {
-                     watching = false;
-                     watch_ended.notify();
-                     if (failed && !stopping_) std::rethrow_exception(failed);
-                   }));
+    const auto watched = [&](std::exception_ptr failed) {
+      watching = false;
+      watch_ended.notify();
+      if (!stopping_) net::rethrow(failed);
+    };
+    net::spawn(io_.get_executor(), cell_.watch(), watched, stop_watch_.slot());
     const std::string status = listening();
     log_info("ready: " + status);
     if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
     notify_ready(status);
-    asio::co_spawn(io_, feed_watchdog(), asio::bind_cancellation_slot(stop_feeding_.slot(), asio::detached));
-    asio::co_spawn(io_, keeper_.run(), asio::bind_cancellation_slot(stop_keeping_.slot(), asio::detached));
+    net::spawn(io_.get_executor(), feed_watchdog(), {}, stop_feeding_.slot());
+    net::spawn(io_.get_executor(), keeper_.run(), {}, stop_keeping_.slot());
 
     auto token = asio::use_awaitable;
     co_await signals_.async_wait(token);

@@ -12,7 +12,9 @@ using Duration = std::chrono::steady_clock::duration;
 inline std::int64_t nanoseconds_of(TimePoint time) {
   return std::chrono::nanoseconds{time.time_since_epoch()}.count();
 }
-inline TimePoint time_of(std::int64_t nanoseconds) { return TimePoint{std::chrono::nanoseconds{nanoseconds}}; }
+inline TimePoint time_of(std::int64_t nanoseconds) {
+  return TimePoint{std::chrono::nanoseconds{nanoseconds}};
+}
 
 /// The time that drivers and campaign live in: the machine's steady clock, or virtual time in tests.
 class Clock {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "drivers/deadline.hpp"
-#include "drivers/wire_failure.hpp"
+#include "drivers/wire_reports.hpp"
 #include "proto/text/host_port.hpp"
 
 namespace truepose::drivers {
@@ -48,7 +48,7 @@ TrackerTask<void> TrackerWire::open(std::string host, std::uint16_t port) {
     co_return std::unexpected(TrackerError{
         TrackerFault::Unreachable, "no tracker answers at " + text::host_port(host, port) + ": " + why});
   }
-  tap_(recording::Kind::Connected, stream_->ends());
+  report_connected(tap_, *stream_);
   guard.done();
   co_return TrackerResult<void>{};
 }

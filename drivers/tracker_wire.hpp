@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/byte_stream.hpp"
+#include "drivers/net/stream.hpp"
 #include "drivers/tracker.hpp"
 #include "drivers/wire_tap.hpp"
 
@@ -24,7 +24,7 @@ using TrackerTask = boost::asio::awaitable<TrackerResult<T>>;
 class TrackerWire {
  public:
   /// @param clock  outlives it
-  TrackerWire(std::unique_ptr<ByteStream> stream, Clock& clock, WireTap tap)
+  TrackerWire(std::unique_ptr<net::Stream> stream, Clock& clock, WireTap tap)
       : stream_{std::move(stream)}, clock_{clock}, tap_{std::move(tap)} {}
 
   TrackerTask<void> open(std::string host, std::uint16_t port);
@@ -40,7 +40,7 @@ class TrackerWire {
  private:
   TrackerError lost(std::string_view why);
 
-  std::unique_ptr<ByteStream> stream_;
+  std::unique_ptr<net::Stream> stream_;
   Clock& clock_;
   WireTap tap_;
   std::array<char, 4096> received_{};

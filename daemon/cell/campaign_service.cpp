@@ -1,10 +1,10 @@
 #include "daemon/cell/campaign_service.hpp"
 
-#include <boost/asio/co_spawn.hpp>
 #include <utility>
 
 #include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
+#include "drivers/net/spawn.hpp"
 
 namespace truepose::daemon {
 
@@ -92,9 +92,7 @@ std::expected<void, RpcError> CampaignService::launch(StoreJournal::Options opti
   run_ =
       std::make_shared<Run>(std::move(options), parts_, devices, observer, std::move(order), std::move(past));
   devices_.serve(run_->campaign.needs());
-  asio::co_spawn(parts_.io, run(run_), [](std::exception_ptr failed) {
-    if (failed) std::rethrow_exception(failed);
-  });
+  net::spawn(parts_.io, run(run_), net::rethrow);
   return {};
 }
 

@@ -3,8 +3,6 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/buffer.hpp>
-#include <boost/asio/generic/stream_protocol.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <cstddef>
 #include <expected>
@@ -12,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/net/stream.hpp"
 #include "proto/control/certificate.hpp"
 
 namespace truepose::daemon {
@@ -23,7 +22,7 @@ struct Peer {
   bool trusted = false;  ///< let in by the Unix socket's owner and mode: needs no token
 
   /// Of a connection over TCP. Has the kernel ask after some silence whether the other end is still there.
-  static Peer of(boost::asio::ip::tcp::socket& socket);
+  static Peer of(const net::Stream& stream);
 };
 
 /// A way to a client. One read and one write may be under way at a time; every wait can be cancelled.
@@ -46,11 +45,12 @@ class Connection {
 };
 
 /// In the clear, over TCP or a Unix socket.
-std::unique_ptr<Connection> plain_connection(boost::asio::generic::stream_protocol::socket socket);
+std::unique_ptr<Connection> plain_connection(std::unique_ptr<net::Stream> stream);
 
 /// Over TLS. The client's certificate is only proven to be its own: whether it may come in is not judged
 /// here.
-std::unique_ptr<Connection> tls_connection(boost::asio::ip::tcp::socket socket,
+/// @param stream  over TCP
+std::unique_ptr<Connection> tls_connection(std::unique_ptr<net::Stream> stream,
                                            std::shared_ptr<boost::asio::ssl::context> identity);
 
 }  // namespace truepose::daemon

@@ -1,18 +1,11 @@
 #include "daemon/control/control_server.hpp"
 
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <cerrno>
 #include <optional>
 #include <utility>
 
@@ -23,21 +16,20 @@
 #include "daemon/control/private_file.hpp"
 #include "daemon/control/session.hpp"
 #include "daemon/store/audit_witness.hpp"
+#include "drivers/net/spawn.hpp"
 #include "proto/control/json_text.hpp"
 
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
-using local = asio::local::stream_protocol;
 using control::ErrorCode;
 using drivers::StartFailure;
 
 struct ControlServer::Impl {
   std::shared_ptr<SessionContext> context;
-  tcp::acceptor acceptor;
-  std::optional<local::acceptor> local_acceptor;
-  std::optional<tcp::acceptor> tls_acceptor;
+  std::shared_ptr<net::Listener> listener;
+  std::shared_ptr<net::Listener> local_listener;  ///< null: none
+  std::shared_ptr<net::Listener> tls_listener;    ///< null: none
   asio::cancellation_signal stop_looking{};
   drivers::TimePoint next_expiry_warning{};
   drivers::TimePoint next_witness{};
@@ -52,32 +44,25 @@ struct ControlServer::Impl {
 namespace {
 
 /// Replaces the socket of the previous daemon: the caller has exclusive use of the folder.
-std::expected<local::acceptor, StartFailure> listen(asio::any_io_executor executor,
-                                                    const std::filesystem::path& path) {
+std::expected<std::shared_ptr<net::Listener>, StartFailure> listen(const asio::any_io_executor& executor,
+                                                                   const std::filesystem::path& path) {
+  constexpr unsigned kMode = 0660;
   const auto failed = [&](const std::string& why) {
     return std::unexpected(StartFailure{"control socket " + path.string() + ": " + why});
   };
   if (path.native().size() >= sizeof(sockaddr_un::sun_path))
     return failed("the path is too long for a socket; name a shorter one with the cell file's key runtime");
   ::unlink(path.c_str());
-  boost::system::error_code error;
-  local::acceptor acceptor{executor};
-  acceptor.open({}, error);
-  if (!error) acceptor.bind(path.string(), error);
-  // No client can connect before it listens, which is after its mode is set.
-  if (!error && ::chmod(path.c_str(), 0660) != 0) error = {errno, boost::system::system_category()};
-  if (!error) acceptor.listen(local::acceptor::max_listen_connections, error);
-  if (error) return failed(error.message());
-  return acceptor;
+  auto listener = net::listen_local(executor, path, kMode);
+  if (!listener) return failed(listener.error().message());
+  return *std::move(listener);
 }
 
-Peer peer_of(tcp::socket& socket) { return Peer::of(socket); }
-
 /// A client that could connect is root, our own user or of our group: the socket's mode excludes all others.
-Peer peer_of(local::socket& socket) {
+Peer peer_of_local(const net::Stream& stream) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
-  if (::getsockopt(socket.native_handle(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
+  if (::getsockopt(stream.handle(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
     return {"unknown user", {}, false};
   return {control::kLocalUserStart + std::to_string(credentials.uid), {}, true};
 }
@@ -179,10 +164,10 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
   AccessList access{parts.access};
   auto audit = open_audit(parts);
   if (!audit) return std::unexpected(audit.error());
-  auto acceptor = listen(executor, "control.listen", config.listen, control_address(config.listen));
-  if (!acceptor) return std::unexpected(acceptor.error());
+  auto listener = listen(executor, "control.listen", config.listen, control_address(config.listen));
+  if (!listener) return std::unexpected(listener.error());
   std::optional<TlsIdentity> tls;
-  std::optional<tcp::acceptor> tls_acceptor;
+  std::shared_ptr<net::Listener> tls_listener;
   if (config.tls) {
     auto identity = TlsIdentity::load(*config.tls);
     if (!identity) return std::unexpected(identity.error());
@@ -190,13 +175,13 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
     auto listening =
         listen(executor, "control.tls.listen", config.tls->listen, tls_address(config.tls->listen));
     if (!listening) return std::unexpected(listening.error());
-    tls_acceptor = *std::move(listening);
+    tls_listener = *std::move(listening);
   }
-  std::optional<local::acceptor> local_acceptor;
+  std::shared_ptr<net::Listener> local_listener;
   if (!parts.socket.empty()) {
     auto listening = listen(executor, parts.socket);
     if (!listening) return std::unexpected(listening.error());
-    local_acceptor = std::move(*listening);
+    local_listener = *std::move(listening);
   }
 
   auto context = std::make_shared<SessionContext>(
@@ -213,30 +198,35 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
   context->refresh_access();
   context->started = context->parts.clock.now();
   context->started_text = control::rfc3339(context->parts.wall_clock());
-  auto impl = std::make_shared<Impl>(std::move(context), std::move(*acceptor), std::move(local_acceptor),
-                                     std::move(tls_acceptor));
+  auto impl = std::make_shared<Impl>(std::move(context), *std::move(listener), std::move(local_listener),
+                                     std::move(tls_listener));
   impl->look_at_certificate();
 
-  asio::co_spawn(executor, impl->look_after(),
-                 asio::bind_cancellation_slot(impl->stop_looking.slot(), [impl](std::exception_ptr) {}));
+  const auto ended = [impl](std::exception_ptr) {};
+  net::spawn(executor, impl->look_after(), ended, impl->stop_looking.slot());
   return std::unique_ptr<ControlServer>{new ControlServer{std::move(impl)}};
 }
 
 void ControlServer::serve() {
-  const auto admit = [server = impl_.get()](auto socket) {
-    Peer peer = peer_of(socket);
-    server->admit(plain_connection(std::move(socket)), std::move(peer));
+  const auto accept = [this](net::Listener* from, auto admit) {
+    if (!from) return;
+    accept_who_stays({impl_, from}, impl_->context->parts.warn, "control",
+                     [admit, server = impl_.get()](std::unique_ptr<net::Stream> stream) {
+                       admit(*server, std::move(stream));
+                     });
   };
-  const auto admit_over_tls = [server = impl_.get()](tcp::socket socket) {
-    Peer peer = peer_of(socket);
-    server->admit(tls_connection(std::move(socket), server->context->tls->context()), std::move(peer));
-  };
-  const auto accept = [this]<typename Acceptor>(Acceptor& from, auto to) {
-    accept_all(std::shared_ptr<Acceptor>{impl_, &from}, impl_->context->parts.warn, "control", to);
-  };
-  accept(impl_->acceptor, admit);
-  if (impl_->local_acceptor) accept(*impl_->local_acceptor, admit);
-  if (impl_->tls_acceptor) accept(*impl_->tls_acceptor, admit_over_tls);
+  accept(impl_->listener.get(), [](Impl& server, std::unique_ptr<net::Stream> stream) {
+    Peer peer = Peer::of(*stream);
+    server.admit(plain_connection(std::move(stream)), std::move(peer));
+  });
+  accept(impl_->local_listener.get(), [](Impl& server, std::unique_ptr<net::Stream> stream) {
+    Peer peer = peer_of_local(*stream);
+    server.admit(plain_connection(std::move(stream)), std::move(peer));
+  });
+  accept(impl_->tls_listener.get(), [](Impl& server, std::unique_ptr<net::Stream> stream) {
+    Peer peer = Peer::of(*stream);
+    server.admit(tls_connection(std::move(stream), server.context->tls->context()), std::move(peer));
+  });
 }
 
 std::expected<asio::ip::address, std::string> control_address(const config::Endpoint& listen) {
@@ -281,11 +271,11 @@ ControlServer::ControlServer(std::shared_ptr<Impl> impl) : impl_{std::move(impl)
 
 ControlServer::~ControlServer() { stop(); }
 
-std::uint16_t ControlServer::port() const { return impl_->acceptor.local_endpoint().port(); }
+std::uint16_t ControlServer::port() const { return impl_->listener->local().port; }
 
 std::optional<std::uint16_t> ControlServer::tls_port() const {
-  if (!impl_->tls_acceptor) return std::nullopt;
-  return impl_->tls_acceptor->local_endpoint().port();
+  if (!impl_->tls_listener) return std::nullopt;
+  return impl_->tls_listener->local().port;
 }
 
 std::vector<std::string> ControlServer::methods() const {
@@ -324,12 +314,11 @@ const TlsIdentity* ControlServer::tls_identity() const {
 }
 
 void ControlServer::stop() {
-  boost::system::error_code ignored;
-  impl_->acceptor.close(ignored);
-  if (impl_->tls_acceptor) impl_->tls_acceptor->close(ignored);
+  impl_->listener->close();
+  if (impl_->tls_listener) impl_->tls_listener->close();
   impl_->stop_looking.emit(asio::cancellation_type::terminal);
-  if (impl_->local_acceptor && impl_->local_acceptor->is_open()) {
-    impl_->local_acceptor->close(ignored);
+  if (impl_->local_listener && impl_->local_listener->is_open()) {
+    impl_->local_listener->close();
     ::unlink(impl_->context->parts.socket.c_str());
   }
   const std::set<Session*> sessions = impl_->context->sessions;

@@ -1,11 +1,10 @@
 #include "daemon/control/jobs.hpp"
 
 #include <algorithm>
-#include <boost/asio/bind_cancellation_slot.hpp>
-#include <boost/asio/co_spawn.hpp>
 #include <utility>
 
 #include "drivers/deadline.hpp"
+#include "drivers/net/spawn.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/text/digest.hpp"
 
@@ -47,8 +46,8 @@ std::expected<std::string, RpcError> Jobs::begin(std::string method, std::string
   // In place: it cannot be moved.
   const Kept job{new Job{id, std::move(method), std::move(by), parts_.wall_clock(), std::move(tell)}};
   jobs_[id] = job;
-  asio::co_spawn(executor_, carry_out(job, std::move(call)),
-                 asio::bind_cancellation_slot(job->cancel.slot(), [job](std::exception_ptr) {}));
+  const auto ended = [job](std::exception_ptr) {};
+  net::spawn(executor_, carry_out(job, std::move(call)), ended, job->cancel.slot());
   return id;
 }
 

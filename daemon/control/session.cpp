@@ -1,12 +1,11 @@
 #include "daemon/control/session.hpp"
 
 #include <algorithm>
-#include <boost/asio/bind_cancellation_slot.hpp>
-#include <boost/asio/co_spawn.hpp>
 #include <utility>
 
 #include "daemon/control/control_server.hpp"
 #include "drivers/deadline.hpp"
+#include "drivers/net/spawn.hpp"
 
 namespace truepose::daemon {
 
@@ -57,8 +56,7 @@ Session::~Session() { context_->sessions.erase(this); }
 
 void Session::start() {
   const auto done = [self = shared_from_this()](std::exception_ptr) { self->close(); };
-  asio::co_spawn(connection_->executor(), read_requests(),
-                 asio::bind_cancellation_slot(cancel_.slot(), done));
+  net::spawn(connection_->executor(), read_requests(), done, cancel_.slot());
 }
 
 void Session::refuse(RpcError error) {
@@ -76,7 +74,7 @@ void Session::spawn_writer() {
     self->written_ = true;
     self->drained_.notify();
   };
-  asio::co_spawn(connection_->executor(), write_lines(), done);
+  net::spawn(connection_->executor(), write_lines(), done);
 }
 
 void Session::close() {

@@ -1,7 +1,5 @@
 #include "daemon/web/web_server.hpp"
 
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <map>
 #include <utility>
 
@@ -10,11 +8,11 @@
 #include "daemon/web/web_answers.hpp"
 #include "daemon/web/web_socket.hpp"
 #include "drivers/deadline.hpp"
+#include "drivers/net/spawn.hpp"
 
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
 using drivers::StartFailure;
 
 struct WebServer::Impl : std::enable_shared_from_this<WebServer::Impl> {
@@ -22,37 +20,37 @@ struct WebServer::Impl : std::enable_shared_from_this<WebServer::Impl> {
   WebLimits limits;
   bool tls;
   WebAnswers answers;
-  tcp::acceptor acceptor;
+  std::shared_ptr<net::Listener> listener;
   /// Those that are no sessions, by their numbers, which rise.
   std::map<std::uint64_t, std::shared_ptr<Connection>> guests{};
   std::uint64_t last_number = 0;
 
   Impl(WebServerParts parts_of, const config::WebConfig& config, WebLimits limits_of, bool over_tls,
-       tcp::acceptor listening)
+       std::shared_ptr<net::Listener> listening)
       : parts{std::move(parts_of)},
         limits{limits_of},
         tls{over_tls},
         answers{parts, config.origins, over_tls},
-        acceptor{std::move(listening)} {}
+        listener{std::move(listening)} {}
 
-  void admit(tcp::socket socket);
+  void admit(std::unique_ptr<net::Stream> stream);
   void close_oldest();
   asio::awaitable<void> converse(std::shared_ptr<Connection> connection, Peer peer);
   asio::awaitable<bool> write(Connection& connection, std::string bytes);
 };
 
-void WebServer::Impl::admit(tcp::socket socket) {
-  Peer peer = Peer::of(socket);
+void WebServer::Impl::admit(std::unique_ptr<net::Stream> stream) {
+  Peer peer = Peer::of(*stream);
   if (guests.size() >= limits.connections) close_oldest();
   const std::uint64_t number = ++last_number;
   std::shared_ptr<Connection>& guest = guests[number];
   if (tls) {
-    guest = tls_connection(std::move(socket), parts.control.tls_identity()->context());
+    guest = tls_connection(std::move(stream), parts.control.tls_identity()->context());
   } else {
-    guest = plain_connection(std::move(socket));
+    guest = plain_connection(std::move(stream));
   }
   const auto ended = [self = shared_from_this(), number](std::exception_ptr) { self->guests.erase(number); };
-  asio::co_spawn(acceptor.get_executor(), converse(guest, std::move(peer)), ended);
+  net::spawn(listener->executor(), converse(guest, std::move(peer)), ended);
 }
 
 void WebServer::Impl::close_oldest() {
@@ -114,29 +112,30 @@ std::expected<std::unique_ptr<WebServer>, StartFailure> WebServer::start(asio::a
                                                                          WebLimits limits) {
   const auto address = web_address(*config.listen, parts.control.tls_identity() != nullptr);
   if (!address) return std::unexpected(StartFailure{address.error()});
-  auto acceptor = listen(executor, "web.listen", *config.listen, address->address);
-  if (!acceptor) return std::unexpected(acceptor.error());
+  auto listener = listen(executor, "web.listen", *config.listen, address->address);
+  if (!listener) return std::unexpected(listener.error());
   const auto impl =
-      std::make_shared<Impl>(std::move(parts), config, limits, address->tls, *std::move(acceptor));
+      std::make_shared<Impl>(std::move(parts), config, limits, address->tls, *std::move(listener));
   return std::unique_ptr<WebServer>{new WebServer{impl}};
 }
 
 void WebServer::serve() {
-  const auto admit = [server = impl_.get()](tcp::socket socket) { server->admit(std::move(socket)); };
-  accept_all(std::shared_ptr<tcp::acceptor>{impl_, &impl_->acceptor}, impl_->parts.warn, "web", admit);
+  const auto admit = [server = impl_.get()](std::unique_ptr<net::Stream> stream) {
+    server->admit(std::move(stream));
+  };
+  accept_who_stays({impl_, impl_->listener.get()}, impl_->parts.warn, "web", admit);
 }
 
 WebServer::WebServer(std::shared_ptr<Impl> impl) : impl_{std::move(impl)} {}
 
 WebServer::~WebServer() { stop(); }
 
-std::uint16_t WebServer::port() const { return impl_->acceptor.local_endpoint().port(); }
+std::uint16_t WebServer::port() const { return impl_->listener->local().port; }
 
 std::size_t WebServer::connections() const { return impl_->guests.size(); }
 
 void WebServer::stop() {
-  boost::system::error_code ignored;
-  impl_->acceptor.close(ignored);
+  impl_->listener->close();
   while (!impl_->guests.empty()) impl_->close_oldest();
 }
 

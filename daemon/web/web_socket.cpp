@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "daemon/threads/signal.hpp"
+#include "drivers/net/spawn.hpp"
 #include "proto/control/line_splitter.hpp"
 
 namespace truepose::daemon {
@@ -114,7 +115,7 @@ class WebSocketConnection final : public Connection {
     const auto [error] = co_await socket_->stream.async_accept(upgrade_, kAwaited);
     if (error) co_return std::unexpected(error.message());
     socket_->stream.text(true);
-    asio::co_spawn(executor(), pump(socket_), [](std::exception_ptr) {});
+    net::spawn(executor(), pump(socket_));
     co_return shown_;
   }
 

@@ -46,7 +46,7 @@ TrackerError refusal(std::string_view what, const bridge::Refusal& refusal) {
   return {fault_of(refusal.meaning()), std::string{what} + ": " + text + "(" + refusal.code + ")"};
 }
 
-BridgeConnection::BridgeConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
+BridgeConnection::BridgeConnection(std::unique_ptr<net::Stream> stream, Clock& clock,
                                    std::function<void(const bridge::Event&)> observe, WireTap tap)
     : wire_{std::move(stream), clock, std::move(tap)}, observe_{std::move(observe)} {}
 

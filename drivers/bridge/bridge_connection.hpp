@@ -23,7 +23,7 @@ class BridgeConnection {
  public:
   /// @param clock    outlives it
   /// @param observe  sees every event
-  BridgeConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
+  BridgeConnection(std::unique_ptr<net::Stream> stream, Clock& clock,
                    std::function<void(const bridge::Event&)> observe, WireTap tap);
 
   TrackerTask<void> open(std::string host, std::uint16_t port);

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/math/refraction.hpp"
-#include "drivers/byte_stream.hpp"
+#include "drivers/net/stream.hpp"
 #include "drivers/timed_tracker.hpp"
 #include "drivers/wire_tap.hpp"
 #include "proto/bridge/messages.hpp"
@@ -29,7 +29,7 @@ struct BridgeOptions {
   /// when it asks for that.
   std::chrono::minutes initialise_again{0};
   WireTap tap = kNullTap;
-  MakeStream stream = tcp_stream;
+  net::MakeStream stream = net::tcp_stream;
 };
 
 SmrPoint point_of(const bridge::Measured& result);

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "drivers/deadline.hpp"
-#include "drivers/wire_failure.hpp"
+#include "drivers/wire_reports.hpp"
 #include "proto/text/host_port.hpp"
 
 namespace truepose::drivers {
@@ -24,8 +24,8 @@ bool is_not_taken(const std::optional<error_code>& result) {
 
 }  // namespace
 
-EkiChannel::EkiChannel(std::unique_ptr<ByteStream> stream, Clock& clock, std::string name, std::string server,
-                       std::string host, std::uint16_t port, WireTap tap)
+EkiChannel::EkiChannel(std::unique_ptr<net::Stream> stream, Clock& clock, std::string name,
+                       std::string server, std::string host, std::uint16_t port, WireTap tap)
     : stream_{std::move(stream)},
       clock_{clock},
       name_{std::move(name) + " at " + text::host_port(host, port)},
@@ -54,7 +54,7 @@ asio::awaitable<std::expected<void, RobotError>> EkiChannel::connect(TimePoint d
                      "refused: check that " + server_ + " is running and that no other client is connected");
   }
   if (*result) co_return failed(RobotFault::Unreachable, result->message());
-  tap_(recording::Kind::Connected, stream_->ends());
+  report_connected(tap_, *stream_);
   co_return std::expected<void, RobotError>{};
 }
 

@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/byte_stream.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/net/stream.hpp"
 #include "drivers/robot.hpp"
 #include "drivers/wire_tap.hpp"
 #include "proto/eki/document_splitter.hpp"
@@ -25,7 +25,7 @@ class EkiChannel {
  public:
   /// @param name    "CellLink"
   /// @param server  what answers there, for the operator: "the robot program truepose_motion"
-  EkiChannel(std::unique_ptr<ByteStream> stream, Clock& clock, std::string name, std::string server,
+  EkiChannel(std::unique_ptr<net::Stream> stream, Clock& clock, std::string name, std::string server,
              std::string host, std::uint16_t port, WireTap tap = kNullTap);
 
   boost::asio::awaitable<std::expected<void, RobotError>> connect(TimePoint deadline);
@@ -43,7 +43,7 @@ class EkiChannel {
   std::unexpected<RobotError> lost(const boost::system::error_code& error);
   RobotError not_connected() const;
 
-  std::unique_ptr<ByteStream> stream_;
+  std::unique_ptr<net::Stream> stream_;
   Clock& clock_;
   std::string name_;  // "CellLink at 192.168.1.5:54600"
   std::string server_;

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/byte_stream.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/net/stream.hpp"
 #include "drivers/robot.hpp"
 #include "drivers/wire_tap.hpp"
 #include "proto/eki/messages.hpp"
@@ -22,7 +22,7 @@ struct KukaEkiOptions {
   std::uint16_t state_port = 54601;   ///< channel CellState, served by the submit interpreter
   int joint_count = 6;                ///< 1..6; further axes are sent as 0
   WireTap motion_tap = kNullTap, state_tap = kNullTap;
-  MakeStream stream = tcp_stream;  ///< of the motion channel, then of the state channel
+  net::MakeStream stream = net::tcp_stream;  ///< of the motion channel, then of the state channel
 };
 
 /// A KUKA arm moved over EKI by the KRL programs in config/kuka.

@@ -50,7 +50,7 @@ TrackerError refusal(std::string_view what, std::int32_t status) {
   return {fault, std::string{what} + ": " + emscon::describe_status(status)};
 }
 
-EmsconConnection::EmsconConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
+EmsconConnection::EmsconConnection(std::unique_ptr<net::Stream> stream, Clock& clock,
                                    std::function<void(const emscon::TrackerPacket&)> observe, WireTap tap)
     : wire_{std::move(stream), clock, std::move(tap)}, observe_{std::move(observe)} {}
 

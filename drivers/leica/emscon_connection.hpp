@@ -20,7 +20,7 @@ class EmsconConnection {
  public:
   /// @param clock    outlives it
   /// @param observe  sees every packet that comes in, also the ones that no call waits for
-  EmsconConnection(std::unique_ptr<ByteStream> stream, Clock& clock,
+  EmsconConnection(std::unique_ptr<net::Stream> stream, Clock& clock,
                    std::function<void(const emscon::TrackerPacket&)> observe, WireTap tap);
 
   TrackerTask<void> open(std::string host, std::uint16_t port);

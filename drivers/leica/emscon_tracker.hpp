@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/math/refraction.hpp"
-#include "drivers/byte_stream.hpp"
+#include "drivers/net/stream.hpp"
 #include "drivers/timed_tracker.hpp"
 #include "drivers/wire_tap.hpp"
 
@@ -29,7 +29,7 @@ struct EmsconOptions {
   /// when it asks for that.
   std::chrono::minutes initialise_again{0};
   WireTap tap = kNullTap;
-  MakeStream stream = tcp_stream;
+  net::MakeStream stream = net::tcp_stream;
 };
 
 /// A Leica tracker that speaks emScon (AT901, LTD, AT401/402) over TCP.

@@ -15,7 +15,7 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr std::chrono::seconds kProbed{5};  // what the options of tcp_stream() come to
+constexpr std::chrono::seconds kProbed{5};  // what the options of net::tcp_stream() come to
 
 }  // namespace
 
@@ -41,7 +41,7 @@ struct MemoryNetwork::Link {
   }
 };
 
-MakeStream MemoryNetwork::streams() {
+net::MakeStream MemoryNetwork::streams() {
   return [this](const asio::any_io_executor&) { return std::make_unique<MemoryStream>(*this); };
 }
 
@@ -102,7 +102,7 @@ asio::awaitable<error_code> MemoryStream::connect(std::string, std::uint16_t num
   co_return error_code{};
 }
 
-asio::awaitable<ByteStream::Received> MemoryStream::read(std::span<char> into) {
+asio::awaitable<net::Stream::Received> MemoryStream::read(std::span<char> into) {
   const auto link = link_;  // close() may come meanwhile
   if (!link) co_return Received{asio::error::bad_descriptor, 0};
   try {
@@ -113,7 +113,7 @@ asio::awaitable<ByteStream::Received> MemoryStream::read(std::span<char> into) {
   }
 }
 
-asio::awaitable<ByteStream::Received> MemoryStream::receive(std::span<char> into) {
+asio::awaitable<net::Stream::Received> MemoryStream::receive(std::span<char> into) {
   const auto link = link_;
   MemoryNetwork::Link::Way& way = is_server_ ? link->to_server : link->to_client;
   for (;;) {
@@ -160,6 +160,12 @@ asio::awaitable<error_code> MemoryStream::write(std::string_view bytes) {
   }
   link.changed.notify();
   co_return error_code{};
+}
+
+asio::awaitable<void> MemoryStream::end_writing() {
+  if (!link_) co_return;
+  (is_server_ ? link_->to_client : link_->to_server).ended = true;
+  link_->changed.notify();
 }
 
 void MemoryStream::close() noexcept {

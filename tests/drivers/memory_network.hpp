@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/byte_stream.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/net/stream.hpp"
 
 namespace truepose::drivers {
 
@@ -27,7 +27,7 @@ class MemoryNetwork {
 
   void listen(std::uint16_t port, Serve serve) { ports_[port].serve = std::move(serve); }
   /// What a driver is given in place of TCP.
-  MakeStream streams();
+  net::MakeStream streams();
 
   /// Its power is off: nobody takes or refuses connections, and those that were end without a word: the
   /// system's probes find that out after 5 s, and once it is on again what is sent over them is answered by a
@@ -56,7 +56,7 @@ class MemoryNetwork {
   std::map<std::uint16_t, Port> ports_;
 };
 
-class MemoryStream final : public ByteStream {
+class MemoryStream final : public net::Stream {
  public:
   explicit MemoryStream(MemoryNetwork& network) : network_{network} {}
   MemoryStream(MemoryNetwork& network, std::shared_ptr<MemoryNetwork::Link> link);
@@ -65,6 +65,9 @@ class MemoryStream final : public ByteStream {
   boost::asio::awaitable<boost::system::error_code> connect(std::string host, std::uint16_t port) override;
   boost::asio::awaitable<Received> read(std::span<char> into) override;
   boost::asio::awaitable<boost::system::error_code> write(std::string_view bytes) override;
+  boost::asio::any_io_executor executor() override { return network_.io_.get_executor(); }
+  boost::asio::awaitable<void> end_writing() override;
+  void end_reading() override { close(); }
   void close() noexcept override;
   bool is_open() const override { return link_ != nullptr; }
   /// Of a server's end: whether the client is still there.

@@ -1,7 +1,6 @@
 #include "tools/proxy/proxy.hpp"
 
 #include <algorithm>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/system/system_error.hpp>
 
@@ -12,16 +11,15 @@
 namespace truepose::proxy {
 
 namespace asio = boost::asio;
+using asio::ip::udp;
 
 namespace {
 
 /// IPv4, as controllers speak it, but for an IPv6 address in digits. Throws boost::system::system_error for a
 /// host that has no address.
-template <typename InternetProtocol>
-typename InternetProtocol::endpoint resolve(const asio::any_io_executor& executor,
-                                            const config::Endpoint& endpoint) {
-  typename InternetProtocol::resolver resolver{executor};
-  const auto family = endpoint.host.contains(':') ? InternetProtocol::v6() : InternetProtocol::v4();
+udp::endpoint resolve(const asio::any_io_executor& executor, const config::Endpoint& endpoint) {
+  udp::resolver resolver{executor};
+  const auto family = endpoint.host.contains(':') ? udp::v6() : udp::v4();
   return resolver.resolve(family, endpoint.host, std::to_string(endpoint.port)).begin()->endpoint();
 }
 
@@ -78,14 +76,14 @@ Proxy::Proxy(asio::any_io_executor executor, std::uint64_t seed)
     : executor_{std::move(executor)}, seed_{seed}, seeds_{seed}, timer_{executor_} {}
 
 std::expected<std::string, std::string> Proxy::add(const RouteOptions& options) try {
-  using asio::ip::tcp, asio::ip::udp;
-  if (options.protocol == Protocol::Udp) {
-    routes_.push_back(udp_route(executor_, resolve<udp>(executor_, options.listen),
-                                resolve<udp>(executor_, options.target), seeds_));
-  } else {
-    routes_.push_back(tcp_route(executor_, resolve<tcp>(executor_, options.listen),
-                                resolve<tcp>(executor_, options.target), seeds_));
-  }
+  const udp::endpoint listen = resolve(executor_, options.listen),
+                      target = resolve(executor_, options.target);
+  const auto end = [](const udp::endpoint& of) {
+    return net::Stream::End{of.address().to_string(), of.port()};
+  };
+  routes_.push_back(options.protocol == Protocol::Udp
+                        ? udp_route(executor_, listen, target, seeds_)
+                        : tcp_route(executor_, end(listen), end(target), seeds_));
   return routes_.back()->listens();
 } catch (const boost::system::system_error& e) {
   return std::unexpected("route from " + config::text(options.listen) + " to " + options.target.host + ": " +

@@ -3,37 +3,25 @@
 #include <algorithm>
 #include <array>
 #include <boost/asio/as_tuple.hpp>
-#include <boost/asio/awaitable.hpp>
-#include <boost/asio/buffer.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
+#include <boost/asio/error.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
 #include <list>
-#include <sstream>
 
+#include "drivers/net/spawn.hpp"
+#include "proto/text/host_port.hpp"
 #include "tools/steering/accept_clients.hpp"
 
 namespace truepose::proxy {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
-using boost::system::error_code;
 
 namespace {
 
 constexpr auto kToResult = asio::as_tuple(asio::use_awaitable);
 constexpr double kSlices_per_s = 20;  // in which a slow line delivers
 
-std::string text(const tcp::endpoint& endpoint) { return (std::ostringstream{} << endpoint).str(); }
-
-/// A reset, not an orderly end.
-void reset(tcp::socket& socket) {
-  error_code ignored;
-  socket.set_option(asio::socket_base::linger{true, 0}, ignored);
-  socket.close(ignored);
-}
+std::string text(const net::Stream::End& end) { return text::host_port(end.host, end.port); }
 
 asio::awaitable<void> wait(asio::any_io_executor executor, std::chrono::microseconds time) {
   if (time.count() == 0) co_return;
@@ -44,66 +32,52 @@ asio::awaitable<void> wait(asio::any_io_executor executor, std::chrono::microsec
 /// A client's connection and ours to the target.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket client, const tcp::endpoint& target, const std::shared_ptr<Ways>& ways)
+  Connection(std::unique_ptr<net::Stream> client, net::Stream::End target, const std::shared_ptr<Ways>& ways)
       : client_{std::move(client)},
-        server_{client_.get_executor()},
-        target_{target},
-        lifted_{client_.get_executor(), asio::steady_timer::time_point::max()},
+        server_{net::tcp_stream(client_->executor())},
+        target_{std::move(target)},
+        lifted_{client_->executor(), asio::steady_timer::time_point::max()},
         ways_{ways} {}
 
-  asio::awaitable<void> run() {
-    const auto self = shared_from_this();
-    auto [refused] = co_await server_.async_connect(target_, kToResult);
-    if (refused) {
-      cut();
-      co_return;
-    }
-    error_code ignored;
-    client_.set_option(tcp::no_delay{true}, ignored);
-    server_.set_option(tcp::no_delay{true}, ignored);
-    asio::co_spawn(
-        client_.get_executor(),
-        [self] { return self->pump(self->client_, self->server_, self->ways_->to_target); }, asio::detached);
-    co_await pump(server_, client_, ways_->to_client);
+  static asio::awaitable<void> run(std::shared_ptr<Connection> self) {
+    const auto refused = co_await self->server_->connect(self->target_.host, self->target_.port);
+    if (refused) co_return self->cut();
+    net::send_at_once(*self->client_);
+    net::spawn(self->client_->executor(), pump(self, *self->client_, *self->server_, self->ways_->to_target));
+    co_await pump(self, *self->server_, *self->client_, self->ways_->to_client);
   }
 
   void cut() {
-    reset(client_);
-    reset(server_);
+    net::reset(*client_);
+    net::reset(*server_);
     lifted_.cancel();
   }
   /// The faults have changed.
   void wake() { lifted_.cancel(); }
-  bool open() const { return client_.is_open(); }
+  bool open() const { return client_->is_open(); }
 
  private:
   /// Until either end closes; then the other end is closed too.
-  asio::awaitable<void> pump(tcp::socket& from, tcp::socket& to, FaultyWay& way) {
-    const auto self = shared_from_this();
-    std::array<char, 64 * 1024> buffer;
+  static asio::awaitable<void> pump(std::shared_ptr<Connection> self, net::Stream& from, net::Stream& to,
+                                    FaultyWay& way) {
+    std::vector<char> buffer(64 * 1024);
     for (;;) {
-      auto [ended, size] = co_await from.async_read_some(asio::buffer(buffer), kToResult);
-      while (way.faults.half_open && from.is_open()) co_await lifted_.async_wait(kToResult);
+      const auto [ended, size] = co_await from.read(buffer);
+      while (way.faults.half_open && from.is_open()) co_await self->lifted_.async_wait(kToResult);
       if (ended == asio::error::eof) {
-        error_code ignored;
-        to.shutdown(tcp::socket::shutdown_send, ignored);
+        co_await to.end_writing();
         co_return;
       }
-      if (ended) {
-        cut();
-        co_return;
-      }
+      if (ended) co_return self->cut();
+      std::size_t come = size;
       if (way.faults.coalesce_ms > 0) {
-        co_await wait(from.get_executor(), joining_time(way.faults));
-        size += pending(from, asio::buffer(buffer) + size);
+        co_await wait(from.executor(), joining_time(way.faults));
+        come += net::read_waiting(from, std::span{buffer}.subspan(size));
       }
-      FaultyWay::Outgoing piece = way.piece({buffer.data(), size});
-      co_await wait(from.get_executor(), piece.delay);
+      FaultyWay::Outgoing piece = way.piece({buffer.data(), come});
+      co_await wait(from.executor(), piece.delay);
       const bool written = co_await write(to, piece.bytes, way);
-      if (!written) {
-        cut();
-        co_return;
-      }
+      if (!written) co_return self->cut();
     }
   }
 
@@ -111,52 +85,45 @@ class Connection : public std::enable_shared_from_this<Connection> {
     return std::chrono::microseconds{static_cast<std::int64_t>(faults.coalesce_ms * 1000)};
   }
 
-  /// What has come in meanwhile.
-  static std::size_t pending(tcp::socket& from, asio::mutable_buffer room) {
-    error_code none;
-    if (room.size() == 0 || from.available(none) == 0) return 0;
-    return from.read_some(room, none);
-  }
-
-  static asio::awaitable<bool> write(tcp::socket& to, const std::string& bytes, const FaultyWay& way) {
+  static asio::awaitable<bool> write(net::Stream& to, const std::string& bytes, const FaultyWay& way) {
     for (std::size_t sent = 0; sent < bytes.size();) {
       const double rate = way.faults.bytes_per_s;
       const std::size_t slice = std::min(
           bytes.size() - sent,
           rate > 0 ? std::max<std::size_t>(1, static_cast<std::size_t>(rate / kSlices_per_s)) : bytes.size());
-      auto [lost, size] = co_await asio::async_write(to, asio::buffer(bytes.data() + sent, slice), kToResult);
+      const auto lost = co_await to.write(std::string_view{bytes}.substr(sent, slice));
       if (lost) co_return false;
-      sent += size;
+      sent += slice;
       if (rate > 0) {
-        const std::chrono::duration<double> time{static_cast<double>(size) / rate};
-        co_await wait(to.get_executor(), std::chrono::ceil<std::chrono::microseconds>(time));
+        const std::chrono::duration<double> time{static_cast<double>(slice) / rate};
+        co_await wait(to.executor(), std::chrono::ceil<std::chrono::microseconds>(time));
       }
     }
     co_return true;
   }
 
-  tcp::socket client_, server_;
-  tcp::endpoint target_;
+  std::unique_ptr<net::Stream> client_, server_;
+  net::Stream::End target_;
   asio::steady_timer lifted_;
   std::shared_ptr<Ways> ways_;
 };
 
 class TcpRoute : public Route {
  public:
-  TcpRoute(const asio::any_io_executor& executor, const tcp::endpoint& listen, const tcp::endpoint& target,
+  TcpRoute(const asio::any_io_executor& executor, const net::Stream::End& listen, net::Stream::End target,
            Random& seeds)
       : ways_{std::make_shared<Ways>(seeds)},
-        acceptor_{std::make_shared<tcp::acceptor>(executor, listen)},
-        target_{target} {
-    steering::accept_clients(acceptor_, text(listen),
-                             [this](tcp::socket socket) { welcome(std::move(socket)); });
+        listener_{steering::listen_or_throw(executor, listen.host, listen.port)},
+        target_{std::move(target)} {
+    const auto admit = [this](std::unique_ptr<net::Stream> stream) { welcome(std::move(stream)); };
+    steering::accept_clients(listener_, text(listen), admit);
   }
   ~TcpRoute() override {
-    acceptor_->close();
+    listener_->close();
     cut();
   }
 
-  std::string listens() const override { return text(acceptor_->local_endpoint()); }
+  std::string listens() const override { return text(listener_->local()); }
 
   void apply(const Command& command) override {
     ways_->apply(command);
@@ -176,13 +143,12 @@ class TcpRoute : public Route {
   }
 
  private:
-  void welcome(tcp::socket socket) {
+  void welcome(std::unique_ptr<net::Stream> stream) {
     ++accepted_;
-    const auto connection = std::make_shared<Connection>(std::move(socket), target_, ways_);
+    const auto connection = std::make_shared<Connection>(std::move(stream), target_, ways_);
     connections_.remove_if([](const auto& known) { return known.expired(); });
     connections_.push_back(connection);
-    asio::co_spawn(
-        acceptor_->get_executor(), [connection] { return connection->run(); }, asio::detached);
+    net::spawn(listener_->executor(), Connection::run(connection));
   }
 
   std::vector<std::shared_ptr<Connection>> open_ones() const {
@@ -202,16 +168,16 @@ class TcpRoute : public Route {
   }
 
   std::shared_ptr<Ways> ways_;
-  std::shared_ptr<tcp::acceptor> acceptor_;
-  tcp::endpoint target_;
+  std::shared_ptr<net::Listener> listener_;
+  net::Stream::End target_;
   std::list<std::weak_ptr<Connection>> connections_;
   std::uint64_t accepted_ = 0, cut_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Route> tcp_route(const asio::any_io_executor& executor, const tcp::endpoint& listen,
-                                 const tcp::endpoint& target, Random& seeds) {
+std::unique_ptr<Route> tcp_route(const asio::any_io_executor& executor, const net::Stream::End& listen,
+                                 const net::Stream::End& target, Random& seeds) {
   return std::make_unique<TcpRoute>(executor, listen, target, seeds);
 }
 

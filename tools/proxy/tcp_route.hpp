@@ -1,16 +1,16 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <memory>
 
+#include "drivers/net/stream.hpp"
 #include "tools/proxy/route.hpp"
 
 namespace truepose::proxy {
 
 /// Throws boost::system::system_error where the address cannot be listened on.
-std::unique_ptr<Route> tcp_route(const boost::asio::any_io_executor& executor,
-                                 const boost::asio::ip::tcp::endpoint& listen,
-                                 const boost::asio::ip::tcp::endpoint& target, Random& seeds);
+/// @param target  numeric, as is where it listens
+std::unique_ptr<Route> tcp_route(const boost::asio::any_io_executor& executor, const net::Stream::End& listen,
+                                 const net::Stream::End& target, Random& seeds);
 
 }  // namespace truepose::proxy

@@ -1,15 +1,14 @@
 #include "tools/sim/eki_server.hpp"
 
 #include <array>
-#include <boost/asio/buffer.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/write.hpp>
 #include <cstdio>
 #include <deque>
 #include <functional>
 #include <optional>
 #include <utility>
 
+#include "drivers/net/spawn.hpp"
 #include "proto/eki/document_splitter.hpp"
 #include "tools/steering/accept_clients.hpp"
 
@@ -24,35 +23,23 @@ namespace {
 using ReusePort = asio::detail::socket_option::boolean<SOL_SOCKET, SO_REUSEPORT>;
 
 /// A socket that has the port, and does not listen.
-tcp::acceptor bound_to(const asio::any_io_executor& executor, const tcp::endpoint& endpoint) {
+tcp::acceptor holding(const asio::any_io_executor& executor, const std::string& address, std::uint16_t port) {
+  // Whether another program listens there, binding a shared port does not show.
+  if (const auto is_free = net::listen_tcp(executor, address, port); !is_free)
+    throw PortError{"EKI", port, is_free.error()};
+  const tcp::endpoint endpoint{asio::ip::make_address(address), port};
   tcp::acceptor acceptor{executor, endpoint.protocol()};
   error_code fault;
   acceptor.set_option(tcp::acceptor::reuse_address{true}, fault);
   acceptor.set_option(ReusePort{true}, fault);
   acceptor.bind(endpoint, fault);
-  if (fault) throw PortError{"EKI", endpoint.port(), fault};
+  if (fault) throw PortError{"EKI", port, fault};
   return acceptor;
-}
-
-/// Checks that no other program listens there, which binding a shared port does not show.
-void expect_free(const asio::any_io_executor& executor, const tcp::endpoint& endpoint) {
-  tcp::acceptor acceptor{executor, endpoint.protocol()};
-  error_code fault;
-  acceptor.set_option(tcp::acceptor::reuse_address{true}, fault);
-  acceptor.bind(endpoint, fault);
-  if (!fault) acceptor.listen(1, fault);
-  if (fault) throw PortError{"EKI", endpoint.port(), fault};
-}
-
-tcp::acceptor holding(const asio::any_io_executor& executor, const std::string& address, std::uint16_t port) {
-  const tcp::endpoint endpoint{asio::ip::make_address(address), port};
-  expect_free(executor, endpoint);
-  return bound_to(executor, endpoint);
 }
 
 }  // namespace
 
-/// One channel: an acceptor and at most one client.
+/// One channel: a port and at most one client.
 class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
  public:
   Channel(const asio::any_io_executor& executor, const std::string& address, const EkiPort& port,
@@ -66,26 +53,28 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   void listen(bool open) {
     if (open == std::exchange(is_wanted_, open)) return;
     if (!open) {
-      if (acceptor_) acceptor_->close();
-      return acceptor_.reset();
+      if (open_port_) open_port_->close();
+      return open_port_.reset();
     }
     try {
       if (!holder_) take_port();
+      auto listener = net::listen_tcp(executor_, address_, port(), {.shares_port = true});
+      if (!listener) throw PortError{"EKI", port(), listener.error()};
+      open_port_ = *std::move(listener);
     } catch (const PortError& e) {
       std::fprintf(stderr, "EKI channel %s: %s\n", name_.c_str(), e.what());
       return;
     }
-    acceptor_ = std::make_shared<tcp::acceptor>(bound_to(executor_, holder_->local_endpoint()));
-    acceptor_->listen();
-    steering::accept_clients(acceptor_, "EKI", [self = shared_from_this()](tcp::socket socket) {
-      self->welcome(std::move(socket));
-    });
+    const auto admit = [self = shared_from_this()](std::unique_ptr<net::Stream> stream) {
+      self->welcome(std::move(stream));
+    };
+    steering::accept_clients(open_port_, "EKI", admit);
   }
 
   void send(std::string document) {
     if (!client_) return;
     client_->outgoing.push_back(std::move(document));
-    if (client_->outgoing.size() == 1) write(client_);
+    if (client_->outgoing.size() == 1) net::spawn(executor_, write(shared_from_this(), client_));
   }
 
   void drop(std::chrono::milliseconds duration) {
@@ -104,33 +93,30 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
 
  private:
   struct Client {
-    explicit Client(tcp::socket s) : socket{std::move(s)} {}
-    tcp::socket socket;
-    eki::DocumentSplitter splitter;
-    std::array<char, 4096> incoming{};
-    std::deque<std::string> outgoing;
+    std::unique_ptr<net::Stream> stream;
+    eki::DocumentSplitter splitter{};
+    std::deque<std::string> outgoing{};
   };
   using ClientPtr = std::shared_ptr<Client>;
 
   void take_port() { holder_.emplace(holding(executor_, address_, port_)); }
 
-  void welcome(tcp::socket socket) {
+  void welcome(std::unique_ptr<net::Stream> stream) {
     const bool closed = std::chrono::steady_clock::now() < closed_until_;
-    if (client_ || closed) return;  // closes the socket
-    error_code refused;
-    socket.set_option(tcp::no_delay{true}, refused);
-    client_ = std::make_shared<Client>(std::move(socket));
+    if (client_ || closed) return;  // closes it
+    net::send_at_once(*stream);
+    client_ = std::make_shared<Client>(std::move(stream));
     if (!listener_->connected(name_)) return client_.reset();
-    read(client_);
+    net::spawn(executor_, read(shared_from_this(), client_));
   }
 
-  void read(const ClientPtr& client) {
-    client->socket.async_read_some(asio::buffer(client->incoming),
-                                   [self = shared_from_this(), client](error_code error, std::size_t size) {
-                                     if (error) return self->lose(client);
-                                     self->take({client->incoming.data(), size}, client);
-                                     if (client == self->client_) self->read(client);
-                                   });
+  static asio::awaitable<void> read(std::shared_ptr<Channel> self, ClientPtr client) {
+    std::array<char, 4096> incoming{};
+    while (client == self->client_) {
+      const auto [lost, size] = co_await client->stream->read(incoming);
+      if (lost || client != self->client_) co_return self->lose(client);
+      self->take({incoming.data(), size}, client);
+    }
   }
 
   void take(std::string_view bytes, const ClientPtr& client) {
@@ -147,20 +133,18 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
     }
   }
 
-  void write(const ClientPtr& client) {
-    asio::async_write(client->socket, asio::buffer(client->outgoing.front()),
-                      [self = shared_from_this(), client](error_code error, std::size_t) {
-                        if (error) return self->lose(client);
-                        client->outgoing.pop_front();
-                        if (!client->outgoing.empty()) self->write(client);
-                      });
+  static asio::awaitable<void> write(std::shared_ptr<Channel> self, ClientPtr client) {
+    while (!client->outgoing.empty()) {
+      const auto lost = co_await client->stream->write(client->outgoing.front());
+      if (lost) co_return self->lose(client);
+      client->outgoing.pop_front();
+    }
   }
 
   void lose(ClientPtr client) {
     if (!client || client != client_) return;
     client_.reset();
-    error_code ignored;
-    client->socket.close(ignored);
+    client->stream->close();
     if (listener_ != nullptr) listener_->lost(name_);
   }
 
@@ -168,9 +152,9 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   asio::any_io_executor executor_;
   std::string address_;
   std::uint16_t port_;
-  std::optional<tcp::acceptor> holder_;      // of the port
-  bool is_wanted_ = false;                   // the program has opened the channel
-  std::shared_ptr<tcp::acceptor> acceptor_;  // there while the program has opened the channel
+  std::optional<tcp::acceptor> holder_;       // of the port
+  bool is_wanted_ = false;                    // the program has opened the channel
+  std::shared_ptr<net::Listener> open_port_;  // there while the program has opened the channel
   std::chrono::steady_clock::time_point closed_until_{};
   EkiListener* listener_;
   ClientPtr client_;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <boost/asio/as_tuple.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <limits>
 #include <utility>
+
+#include "drivers/net/spawn.hpp"
 
 namespace truepose::sim {
 
@@ -57,9 +57,7 @@ void SimulatedTracker::send(std::string bytes) {
   if (!beam_.disturbance().silent) port_->send(std::move(bytes));
 }
 
-void SimulatedTracker::spawn(asio::awaitable<void> job) {
-  asio::co_spawn(executor_, std::move(job), asio::detached);
-}
+void SimulatedTracker::spawn(asio::awaitable<void> job) { net::spawn(executor_, std::move(job)); }
 
 void SimulatedTracker::follow() {
   if (beam_.follow()) lock_is_lost();

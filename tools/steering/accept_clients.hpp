@@ -1,16 +1,22 @@
 #pragma once
 
-#include <boost/asio/ip/tcp.hpp>
 #include <functional>
 #include <memory>
 #include <string>
 
+#include "drivers/net/listener.hpp"
+
 namespace truepose::steering {
 
-/// Accepts clients until the acceptor is closed; reports failures on standard error.
-/// @param acceptor  kept until then, as is what it may be a part of
+/// Accepts clients until the listener is closed; reports failures on standard error.
+/// @param listener  kept until then, as is what it may be a part of
 /// @param port      for messages: "EKI"
-void accept_clients(std::shared_ptr<boost::asio::ip::tcp::acceptor> acceptor, std::string port,
-                    std::function<void(boost::asio::ip::tcp::socket)> admit);
+void accept_clients(std::shared_ptr<net::Listener> listener, std::string port,
+                    std::function<void(std::unique_ptr<net::Stream>)> admit);
+
+/// Listens for TCP connections. Throws boost::system::system_error where that cannot be.
+/// @param port  0 picks a free one
+std::shared_ptr<net::Listener> listen_or_throw(const boost::asio::any_io_executor& executor,
+                                               const std::string& address, std::uint16_t port);
 
 }  // namespace truepose::steering

@@ -1,11 +1,12 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+
+#include "drivers/net/listener.hpp"
 
 namespace truepose::steering {
 
@@ -24,10 +25,10 @@ class LinePort {
   LinePort(const LinePort&) = delete;
   LinePort& operator=(const LinePort&) = delete;
 
-  std::uint16_t port() const { return acceptor_->local_endpoint().port(); }
+  std::uint16_t port() const { return listener_->local().port; }
 
  private:
-  std::shared_ptr<boost::asio::ip::tcp::acceptor> acceptor_;
+  std::shared_ptr<net::Listener> listener_;
 };
 
 }  // namespace truepose::steering

@@ -22,7 +22,7 @@ inline constexpr std::chrono::seconds kBridgeLookUp{3};
 /// bridge did.
 class BridgeLine {
  public:
-  BridgeLine(std::unique_ptr<drivers::ByteStream> stream, drivers::Clock& clock)
+  BridgeLine(std::unique_ptr<net::Stream> stream, drivers::Clock& clock)
       : wire_{std::move(stream), clock, drivers::kNullTap} {}
 
   BridgeTask<void> open(std::string host, std::uint16_t port);

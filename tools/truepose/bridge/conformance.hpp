@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/named.hpp"
-#include "drivers/byte_stream.hpp"
+#include "drivers/net/stream.hpp"
 #include "drivers/clock.hpp"
 
 namespace truepose::tools {
@@ -34,7 +34,7 @@ struct BridgeCheckOptions {
   std::optional<Eigen::Vector3d> reflector_mm;  ///< where one stands, roughly; none: nothing is moved
   double search_mm = 50;
   std::chrono::milliseconds measure{2000};
-  drivers::MakeStream stream = drivers::tcp_stream;
+  net::MakeStream stream = net::tcp_stream;
 };
 
 /// Tries every promise of the bridge's protocol (docs/trackers.md), one after the other.
