@@ -14,7 +14,7 @@
 #include "tests/daemon/stream_cell.hpp"
 #include "tools/sim/krl/interpreter.hpp"
 #include "tools/sim/krl/load.hpp"
-#include "tools/sim/program_motion.hpp"
+#include "tools/sim/motion/program_motion.hpp"
 
 namespace truepose::daemon {
 

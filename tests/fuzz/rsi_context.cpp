@@ -6,7 +6,7 @@
 #include "proto/rsi/context.hpp"
 #include "proto/text/message.hpp"
 #include "tests/fuzz/target.hpp"
-#include "tools/sim/rsi_flow.hpp"
+#include "tools/sim/controller/rsi_flow.hpp"
 
 namespace truepose::fuzz {
 namespace {

@@ -29,7 +29,7 @@
 #include "proto/record/json_io.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 #include "tools/sim/host_address.hpp"
-#include "tools/sim/rsi_datagrams.hpp"
+#include "tools/sim/controller/rsi_datagrams.hpp"
 #include "tools/sim/simulated_cell.hpp"
 #include "tools/steering/event_loop.hpp"
 #include "tools/steering/exit_code.hpp"

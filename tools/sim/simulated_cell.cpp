@@ -11,8 +11,8 @@
 
 #include "core/math/angles.hpp"
 #include "core/simulate/true_arm.hpp"
-#include "tools/sim/bridge_server.hpp"
-#include "tools/sim/emscon_server.hpp"
+#include "tools/sim/tracker/bridge_server.hpp"
+#include "tools/sim/tracker/emscon_server.hpp"
 
 namespace truepose::sim {
 

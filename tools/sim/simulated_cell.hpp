@@ -16,12 +16,12 @@
 #include "core/math/random.hpp"
 #include "core/simulate/true_arm.hpp"
 #include "proto/rsi/ethernet_config.hpp"
-#include "tools/sim/controller.hpp"
-#include "tools/sim/controller_setup.hpp"
-#include "tools/sim/eki_server.hpp"
-#include "tools/sim/path_log.hpp"
-#include "tools/sim/rsi_runner.hpp"
-#include "tools/sim/tracker_server.hpp"
+#include "tools/sim/controller/controller.hpp"
+#include "tools/sim/controller/controller_setup.hpp"
+#include "tools/sim/controller/eki_server.hpp"
+#include "tools/sim/motion/path_log.hpp"
+#include "tools/sim/controller/rsi_runner.hpp"
+#include "tools/sim/tracker/tracker_server.hpp"
 
 namespace truepose::sim {
 

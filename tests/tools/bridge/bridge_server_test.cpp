@@ -1,5 +1,5 @@
 // The simulated tracker behind a bridge: the driver before it, and the check of what a bridge promises.
-#include "tools/sim/bridge_server.hpp"
+#include "tools/sim/tracker/bridge_server.hpp"
 
 #include <gmock/gmock.h>
 

@@ -21,8 +21,8 @@
 #include "proto/krl/lexer.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
-#include "tools/sim/controller.hpp"
-#include "tools/sim/controller_setup.hpp"
+#include "tools/sim/controller/controller.hpp"
+#include "tools/sim/controller/controller_setup.hpp"
 
 namespace truepose::sim {
 namespace {

@@ -1,0 +1,665 @@
+#include "tools/sim/controller/rsi_client.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/arm/forward.hpp"
+#include "core/math/angles.hpp"
+#include "tests/tools/sim/kr210.hpp"
+#include "tools/sim/controller/rsi_runner.hpp"
+
+namespace truepose::sim {
+namespace {
+
+using Reply = RsiClient::Reply;
+using namespace std::chrono_literals;
+
+constexpr std::uint64_t kFirstIpoc = 4'208'163;
+const JointVector kStart = deg(0, -90, 90, 0, 35, 0);
+const JointVector kNone = JointVector::Zero(6);
+
+rsi::EthernetConfig ethernet(bool hold_on = true) {
+  std::string receive;
+  for (int i = 1; i <= 6; ++i) {
+    receive += "<ELEMENT TAG=\"AK.A" + std::to_string(i) + "\" TYPE=\"DOUBLE\" INDX=\"" + std::to_string(i) +
+               "\" HOLDON=\"" + (hold_on ? "1" : "0") + "\"/>";
+  }
+  const std::string xml =
+      "<ROOT><CONFIG><IP_NUMBER>127.0.0.1</IP_NUMBER><PORT>49152</PORT><SENTYPE>TruePose</SENTYPE>"
+      "<ONLYSEND>FALSE</ONLYSEND></CONFIG><SEND><ELEMENTS>"
+      "<ELEMENT TAG=\"DEF_RIst\" TYPE=\"DOUBLE\" INDX=\"INTERNAL\"/>"
+      "<ELEMENT TAG=\"DEF_AIPos\" TYPE=\"DOUBLE\" INDX=\"INTERNAL\"/>"
+      "<ELEMENT TAG=\"DEF_ASPos\" TYPE=\"DOUBLE\" INDX=\"INTERNAL\"/>"
+      "<ELEMENT TAG=\"DEF_Delay\" TYPE=\"LONG\" INDX=\"INTERNAL\"/>"
+      "</ELEMENTS></SEND><RECEIVE><ELEMENTS>" +
+      receive + "<ELEMENT TAG=\"Stop\" TYPE=\"BOOL\" INDX=\"7\" HOLDON=\"1\"/></ELEMENTS></RECEIVE></ROOT>";
+  return rsi::parse_ethernet_config(xml).value();
+}
+
+std::shared_ptr<RsiProgram> program_along(std::vector<JointVector> points) {
+  return std::make_shared<StreamPath>(kr210(), std::move(points), 1.0);
+}
+
+class RsiClientTest : public testing::Test {
+ protected:
+  explicit RsiClientTest(bool hold_on = true) : RsiClientTest{setup(hold_on)} {}
+  explicit RsiClientTest(const RsiSetup& what, std::vector<JointVector> points = {kStart})
+      : codec{what.ethernet}, client{what, program_along(std::move(points)), kFirstIpoc} {}
+
+  static RsiSetup setup(bool hold_on = true) {
+    return {.nominal = kr210(),
+            .ethernet = ethernet(hold_on),
+            .context = rsi::truepose_context({.timeout_cycles = 5, .max_total_deg = 5}),
+            .cycle = 4ms};
+  }
+
+  rsi::RobotFrame begin() { return rsi::decode_robot_frame(client.begin_cycle()).value(); }
+
+  std::string reply(std::uint64_t ipoc, double a1_deg, bool stop = false) {
+    rsi::SensorFrame frame;
+    frame.ipoc = ipoc;
+    frame.axis_correction_rad = rsi::Axes{a1_deg * kRadPerDeg};
+    frame.stop = stop;
+    std::array<char, rsi::kMaxFrameBytes> buffer;
+    return std::string{codec.encode(frame, buffer).value()};
+  }
+
+  /// A whole cycle with an answer in time.
+  std::optional<RsiEnd> answered(double a1_deg, bool stop = false) {
+    const std::uint64_t ipoc = begin().ipoc;
+    EXPECT_EQ(client.receive(reply(ipoc, a1_deg, stop)).reply, Reply::Valid);
+    return client.end_cycle();
+  }
+
+  std::optional<RsiEnd> unanswered() {
+    begin();
+    return client.end_cycle();
+  }
+
+  /// In force.
+  double a1_deg() const { return client.correction_rad()[0] * kDegPerRad; }
+
+  rsi::SensorFrameCodec codec;
+  RsiClient client;
+};
+
+class RsiClientWithoutHold : public RsiClientTest {
+ protected:
+  RsiClientWithoutHold() : RsiClientTest{false} {}
+};
+
+/// RKorr instead of AK, in the system of a number; the TCP stands at kStart.
+class RsiClientWithPoseCorrection : public testing::Test {
+ protected:
+  static RsiSetup in_system(int system) {
+    RsiSetup setup{
+        .nominal = kr210(), .ethernet = ethernet(), .context = rsi::truepose_context({.timeout_cycles = 5})};
+    const std::array names{"X", "Y", "Z", "A", "B", "C"};
+    for (std::size_t i = 0; i < names.size(); ++i)
+      setup.ethernet.receive[i].tag = std::string{"RKorr."} + names[i];
+    for (rsi::ContextObject& object : setup.context.objects) {
+      if (object.type == "AXISCORR") object = {.type = "POSCORR", .id = "POSCORR1", .inputs = object.inputs};
+    }
+    const_cast<rsi::ContextObject*>(setup.context.of_type("POSCORR"))->values = {
+        {"RefCorrSys", std::to_string(system)}, {"UpperLimZ", "30"}};
+    return setup;
+  }
+  /// Where the TCP is when the correction has come in effect.
+  Eigen::Isometry3d corrected(int system, const std::string& attributes) {
+    client.emplace(in_system(system), program, kFirstIpoc);
+    for (int cycle = 0; cycle < 2; ++cycle) {
+      const std::uint64_t ipoc = rsi::decode_robot_frame(client->begin_cycle()).value().ipoc;
+      client->receive("<Sen Type=\"TruePose\"><RKorr " + attributes + "/><IPOC>" + std::to_string(ipoc) +
+                      "</IPOC></Sen>");
+      if (!end) end = client->end_cycle();
+    }
+    client->begin_cycle();
+    return forward_kinematics(kr210(), client->axes()) * program->tool;
+  }
+
+  /// Stands, with a tool and a base that is turned.
+  struct Standing : StreamPath {
+    Standing() : StreamPath{kr210(), {kStart}, 1} {}
+    FlowSources sources() const override {
+      FlowSources sources = StreamPath::sources();
+      sources.tool = tool;
+      sources.base = base;
+      return sources;
+    }
+    Eigen::Isometry3d tool = pose_from_kuka({10, 20, 300}, {30, 0, 0}),
+                      base = pose_from_kuka({500, 0, 0}, {90, 0, 0});
+  };
+  const std::shared_ptr<Standing> program = std::make_shared<Standing>();
+  const Eigen::Isometry3d X = forward_kinematics(kr210(), kStart) * program->tool;
+  std::optional<RsiClient> client;
+  std::optional<RsiEnd> end;
+};
+
+TEST_F(RsiClientWithPoseCorrection, MovesTheTcpAlongItsSystem) {
+  const Eigen::Vector3d along{1, 2, 3};
+  const std::string attributes = "X=\"1\" Y=\"2\" Z=\"3\"";
+  for (const auto& [system, turned] : {std::pair{0, Eigen::Matrix3d::Identity().eval()},
+                                       {1, program->base.linear().eval()},
+                                       {2, Eigen::Matrix3d::Identity().eval()},
+                                       {3, X.linear().eval()}}) {
+    const Eigen::Isometry3d now = corrected(system, attributes);
+    EXPECT_LT((now.translation() - X.translation() - turned * along).norm(), 1e-6) << "system " << system;
+    EXPECT_LT(angle_between(now.linear(), X.linear()), 1e-9);
+  }
+}
+
+TEST_F(RsiClientWithPoseCorrection, TurnsAboutTheTcp) {
+  const Eigen::Isometry3d now = corrected(1, "A=\"2\"");
+  EXPECT_LT((now.translation() - X.translation()).norm(), 1e-6);
+  const Eigen::Vector3d turn = turn_between(X.linear(), now.linear());
+  EXPECT_LT((turn - 2 * kRadPerDeg * Eigen::Vector3d::UnitZ()).norm(), 1e-9);
+  EXPECT_FALSE(end);
+}
+
+TEST_F(RsiClientWithPoseCorrection, ClampsAndStopsAtItsLimits) {
+  const Eigen::Isometry3d now = corrected(2, "X=\"-8\" B=\"9\"");
+  EXPECT_NEAR((now.translation() - X.translation()).x(), -5, 1e-6);
+  EXPECT_NEAR(angle_between(now.linear(), X.linear()) * kDegPerRad, 5, 1e-6);
+  EXPECT_EQ(client->counters().clamped, 2U);
+  EXPECT_FALSE(end);
+  corrected(2, "Z=\"7\"");
+  EXPECT_EQ(end, RsiEnd::PoseMonitor) << "6 mm, where no POSCORRMON says otherwise";
+}
+
+TEST_F(RsiClientWithPoseCorrection, AlongThePathIsRefused) {
+  EXPECT_THROW((RsiClient{in_system(4), program, kFirstIpoc}), std::invalid_argument);
+}
+
+class RsiClientWithDrives : public RsiClientTest {
+ protected:
+  explicit RsiClientWithDrives(std::vector<JointVector> points = {kStart})
+      : RsiClientTest{lagging(), points} {}
+
+  static RsiSetup lagging() {
+    RsiSetup with_drives = setup();
+    with_drives.servo = {.dead_time = 12ms, .lag = {40ms, 40ms, 40ms, 40ms, 40ms, 80ms}};
+    for (rsi::ContextObject& object : with_drives.context.objects) {
+      if (object.type == "ETHERNET") object.values["Precision"] = "9";
+    }
+    return with_drives;
+  }
+};
+
+class RsiClientInMotion : public RsiClientWithDrives {
+ protected:
+  RsiClientInMotion() : RsiClientWithDrives{{kStart, deg(100, -90, 90, 0, 35, 0)}} {}
+};
+
+class RsiClientThatIgnores : public RsiClientTest {
+ protected:
+  RsiClientThatIgnores() : RsiClientTest{ignoring()} {}
+  static RsiSetup ignoring() {
+    RsiSetup deaf = setup();
+    deaf.ignores_correction = true;
+    return deaf;
+  }
+};
+
+TEST_F(RsiClientTest, CountsIpocUpByTheCycleAndMovesTheActualAxesOnly) {
+  EXPECT_EQ(begin().ipoc, kFirstIpoc);
+  client.end_cycle();
+  EXPECT_EQ(begin().ipoc, kFirstIpoc + 4);
+  client.receive(reply(kFirstIpoc + 4, 0.5));
+  client.end_cycle();
+  const rsi::RobotFrame frame = begin();
+  EXPECT_NEAR((*frame.aipos_rad)[0] * kDegPerRad, 0.5, 1e-4);
+  EXPECT_NEAR((*frame.aspos_rad)[0], 0, 1e-12);
+  EXPECT_FALSE(frame.rsol) << "not in the SEND list";
+  const Eigen::Vector3d p = forward_kinematics(kr210(), client.axes()).translation();
+  EXPECT_NEAR(frame.rist->x_mm, p.x(), 1e-4);
+  EXPECT_NEAR(frame.rist->y_mm, p.y(), 1e-4);
+}
+
+TEST_F(RsiClientTest, CountsALateReplyIgnoresItAndHolds) {
+  answered(0.25);
+  const std::uint64_t late = begin().ipoc;
+  client.end_cycle();
+  EXPECT_EQ(client.counters().lost, 1u);
+  const rsi::RobotFrame next = begin();
+  EXPECT_EQ(next.delay, 1);
+  const RsiClient::Verdict verdict = client.receive(reply(late, 0.5));
+  EXPECT_EQ(verdict.reply, Reply::Late);
+  EXPECT_EQ(verdict.cycles_ago, 1u);
+  EXPECT_EQ(client.receive(reply(next.ipoc, 0.75)).reply, Reply::Valid);
+  EXPECT_NEAR(a1_deg(), 0.25, 1e-9);
+  client.end_cycle();
+  EXPECT_NEAR(a1_deg(), 0.75, 1e-9);
+
+  const RsiCounters& counters = client.counters();
+  EXPECT_EQ(counters.cycles, 3u);
+  EXPECT_EQ(counters.answered, 2u);
+  EXPECT_EQ(counters.late, 1u);
+  EXPECT_EQ(counters.lost, 0u);
+}
+
+TEST_F(RsiClientTest, RefusesAWrongIpocAndOneThatWasAnsweredBefore) {
+  answered(0.25);
+  const std::uint64_t ipoc = begin().ipoc;
+  for (const std::uint64_t wrong : {ipoc + 4, ipoc + 1, ipoc - 4, kFirstIpoc - 4, std::uint64_t{0}}) {
+    EXPECT_EQ(client.receive(reply(wrong, 1)).reply, Reply::WrongIpoc) << wrong;
+  }
+  client.end_cycle();
+  EXPECT_NEAR(a1_deg(), 0.25, 1e-9);
+  EXPECT_EQ(client.counters().wrong_ipoc, 5u);
+  EXPECT_EQ(client.counters().lost, 1u);
+}
+
+TEST_F(RsiClientTest, DiscardsAnotherSentypeAndGarbage) {
+  const std::uint64_t ipoc = begin().ipoc;
+  std::string other = reply(ipoc, 1);
+  other.replace(other.find("TruePose"), 8, "ImFree!!");
+  EXPECT_EQ(client.receive(other).reply, Reply::Rejected);
+  EXPECT_EQ(client.receive("<Sen").reply, Reply::Rejected);
+  EXPECT_EQ(client.receive("").reply, Reply::Rejected);
+  client.end_cycle();
+  EXPECT_EQ(client.counters().rejected, 3u);
+  EXPECT_EQ(client.counters().lost, 1u);
+  EXPECT_EQ(begin().delay, 1);
+}
+
+TEST_F(RsiClientTest, SaysOnceForEachCauseWhyAReplyIsRejected) {
+  const std::uint64_t ipoc = begin().ipoc;
+  const auto with_changed = [&](const std::string& what, const std::string& to) {
+    std::string changed = reply(ipoc, 1);
+    changed.replace(changed.find(what), what.size(), to);
+    return changed;
+  };
+  const std::string number = std::to_string(ipoc);
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"hello\n", "is no XML document Sen (it begins \"hello.\"). Send <Sen Type=\"TruePose\">."},
+      {with_changed("TruePose", "ImFree"),
+       "SENTYPE is \"ImFree\", the configuration says \"TruePose\". Send that as Type of Sen."},
+      {with_changed(number, "x"), "IPOC is \"x\", no whole number. Copy the IPOC of the packet."},
+      {with_changed("A1=\"", "A1=\"x"),
+       "AK.A1 is \"x1.000000\", no number. Send digits with a decimal point."},
+      {reply(5, 1), "IPOC is 5, the packet has " + number + ". Copy it unchanged."}};
+  for (const auto& [datagram, line] : cases) {
+    client.receive(datagram);
+    EXPECT_EQ(client.take_rejections(), std::vector{line});
+    client.receive(datagram);
+    EXPECT_EQ(client.take_rejections(), std::vector<std::string>{}) << "said before";
+  }
+  client.receive(reply(ipoc, 1));
+  EXPECT_EQ(client.take_rejections(), std::vector<std::string>{}) << "not rejected";
+  client.receive(reply(ipoc, 1));
+  EXPECT_EQ(
+      client.take_rejections(),
+      std::vector{"IPOC is " + number + ", which was answered before. Send one reply for each packet."});
+  client.end_cycle();
+  client.restart(0, std::nullopt);
+  begin();
+  client.receive("hello\n");
+  EXPECT_EQ(client.take_rejections(), std::vector{cases[0].second}) << "another session";
+}
+
+TEST_F(RsiClientTest, HoldsTheCorrectionWithHoldon) {
+  answered(0.5);
+  unanswered();
+  EXPECT_NEAR(a1_deg(), 0.5, 1e-9);
+  EXPECT_NEAR(client.counters().max_step_rad, 0.5 * kRadPerDeg, 1e-9);
+}
+
+TEST_F(RsiClientWithoutHold, JumpsBackToZeroInOneCycle) {
+  answered(0.5);
+  answered(1.0);
+  unanswered();
+  EXPECT_EQ(a1_deg(), 0);
+  EXPECT_NEAR(client.counters().max_step_rad, 1.0 * kRadPerDeg, 1e-9);
+}
+
+TEST_F(RsiClientTest, StopsWithKss29002AfterTooManyCyclesInARowWithoutAReply) {
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(unanswered(), std::nullopt);
+  EXPECT_EQ(answered(0), std::nullopt) << "a reply restarts the count";
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(unanswered(), std::nullopt);
+  EXPECT_EQ(unanswered(), RsiEnd::Timeout);
+}
+
+TEST_F(RsiClientTest, ClampsSilentlyAtTheLimitOfAxiscorr) {
+  answered(5.1);
+  EXPECT_NEAR(a1_deg(), 5, 1e-9);
+  answered(-7);
+  EXPECT_NEAR(a1_deg(), -5, 1e-9);
+  EXPECT_EQ(client.counters().clamped, 2u);
+  EXPECT_EQ(client.counters().answered, 2u);
+}
+
+TEST_F(RsiClientTest, LeavesMovecorrOnTheStopBit) {
+  EXPECT_EQ(answered(0.5), std::nullopt);
+  EXPECT_EQ(answered(0.5, true), RsiEnd::Off);
+}
+
+TEST_F(RsiClientWithDrives, MovesTheAxesByACorrectionAfterDeadTimeAndLag) {
+  answered(1);
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    EXPECT_EQ((*begin().aipos_rad)[0], 0) << "in dead time";
+    client.end_cycle();
+  }
+  EXPECT_NEAR((*begin().aipos_rad)[0] * kDegPerRad, 1 - std::exp(-0.1), 1e-9);
+  EXPECT_NEAR(a1_deg(), 1, 1e-9) << "in force since it was taken";
+  EXPECT_NEAR(client.counters().max_step_rad, 1 * kRadPerDeg, 1e-12);
+}
+
+TEST_F(RsiClientInMotion, LagsBehindTheProgramWithWhateverIsActual) {
+  rsi::RobotFrame frame;
+  for (int cycle = 0; cycle < 200; ++cycle) {
+    frame = begin();
+    client.receive(reply(frame.ipoc, 0));
+    client.end_cycle();
+  }
+  // 117 deg/s for 52 ms, and half a cycle for that the drives are given steps.
+  const double behind_deg = ((*frame.aspos_rad)[0] - (*frame.aipos_rad)[0]) * kDegPerRad;
+  EXPECT_NEAR(behind_deg, 117 * 0.052, 117 * 0.0021);
+  const Eigen::Vector3d p = forward_kinematics(kr210(), client.axes()).translation();
+  EXPECT_NEAR(frame.rist->y_mm, p.y(), 1e-6);
+}
+
+TEST_F(RsiClientThatIgnores, TakesRepliesAndMovesNothing) {
+  answered(1);
+  answered(1);
+  EXPECT_EQ(a1_deg(), 0);
+  EXPECT_NEAR((*begin().aipos_rad)[0], 0, 1e-12);
+  EXPECT_EQ(client.counters().answered, 2u);
+  EXPECT_EQ(client.counters().max_step_rad, 0);
+}
+
+class RsiClientThatOnlySends : public RsiClientTest {
+ protected:
+  RsiClientThatOnlySends() : RsiClientTest{only_sending()} {}
+  static RsiSetup only_sending() {
+    RsiSetup setup = RsiClientTest::setup();
+    setup.ethernet.only_send = true;
+    return setup;
+  }
+};
+
+TEST_F(RsiClientThatOnlySends, ReadsNoReplyAndWaitsForNone) {
+  for (int cycle = 0; cycle < 50; ++cycle) {
+    const std::uint64_t ipoc = begin().ipoc;
+    EXPECT_EQ(client.receive(reply(ipoc, 1)).reply, Reply::Unread);
+    EXPECT_FALSE(client.end_cycle());
+  }
+  EXPECT_EQ(a1_deg(), 0);
+  EXPECT_EQ(client.counters().answered, 0u);
+  EXPECT_EQ(begin().delay, 0);
+}
+
+/// A program that is where RSI applies nothing new, as in PTP under #IPO.
+struct Uncorrected : StreamPath {
+  using StreamPath::StreamPath;
+  bool corrects() const override { return corrected; }
+  bool corrected = true;
+};
+
+TEST(RsiClient, KeepsTheCorrectionThatItHasWhereItsProgramTakesNoNewOne) {
+  const RsiSetup what{.nominal = kr210(),
+                      .ethernet = ethernet(true),
+                      .context = rsi::truepose_context({.timeout_cycles = 5, .max_total_deg = 5}),
+                      .cycle = 4ms};
+  const auto program = std::make_shared<Uncorrected>(kr210(), std::vector<JointVector>{kStart}, 1.0);
+  RsiClient client{what, program, kFirstIpoc};
+  const rsi::SensorFrameCodec codec{what.ethernet};
+  std::array<char, rsi::kMaxFrameBytes> buffer;
+  for (const double a1_deg : {1.0, 2.0, 3.0}) {
+    program->corrected = a1_deg != 2.0;
+    const std::uint64_t ipoc = rsi::decode_robot_frame(client.begin_cycle()).value().ipoc;
+    client.receive(
+        codec.encode({.ipoc = ipoc, .axis_correction_rad = rsi::Axes{a1_deg * kRadPerDeg}}, buffer).value());
+    client.end_cycle();
+    EXPECT_NEAR(client.correction_rad()[0] * kDegPerRad, a1_deg == 2.0 ? 1 : a1_deg, 1e-9);
+  }
+}
+
+TEST_F(RsiClientTest, RestartsWithNoCorrectionWhenRsiIsSwitchedOffAndOn) {
+  answered(0.5);
+  unanswered();
+  client.restart(10, std::nullopt);
+  EXPECT_EQ(a1_deg(), 0);
+  const rsi::RobotFrame first = begin();
+  EXPECT_EQ(first.ipoc, kFirstIpoc + 4 + 11 * 4);
+  EXPECT_EQ(first.delay, 0);
+  EXPECT_NEAR((*first.aipos_rad)[0], 0, 1e-12);
+  EXPECT_EQ(client.receive(reply(kFirstIpoc + 4, 1)).reply, Reply::WrongIpoc) << "of the session before";
+  EXPECT_EQ(client.receive(reply(first.ipoc, 0.25)).reply, Reply::Valid);
+  client.end_cycle();
+  EXPECT_NEAR(client.counters().max_step_rad, 0.5 * kRadPerDeg, 1e-9) << "to nothing in force is no step";
+  client.restart(0, 1000);
+  EXPECT_EQ(begin().ipoc, 1000u);
+}
+
+TEST_F(RsiClientTest, KeepsWhatIsInForceInASilenceThatItsClockGoesThrough) {
+  answered(0.5);
+  for (int cycle = 0; cycle < 250; ++cycle) client.pass();
+  const rsi::RobotFrame frame = begin();
+  EXPECT_EQ(frame.ipoc, kFirstIpoc + 251 * 4);
+  EXPECT_EQ(frame.delay, 0);
+  EXPECT_NEAR((*frame.aipos_rad)[0] * kDegPerRad, 0.5, 1e-4);
+  EXPECT_EQ(client.receive(reply(frame.ipoc, 0.5)).reply, Reply::Valid);
+}
+
+TEST_F(RsiClientTest, AnswersToTheTimeStampThatItJumpedTo) {
+  answered(0.5);
+  client.jump_ipoc(-1'000'000);
+  const rsi::RobotFrame frame = begin();
+  EXPECT_EQ(frame.ipoc, kFirstIpoc - 1'000'000 + 4);
+  EXPECT_EQ(client.receive(reply(frame.ipoc, 0.5)).reply, Reply::Valid);
+  EXPECT_NEAR(a1_deg(), 0.5, 1e-9);
+}
+
+TEST(RsiClient, DropsWhatTheConfigurationHoldsOnRequest) {
+  RsiSetup dropping{.nominal = kr210(), .ethernet = ethernet(), .cycle = 4ms};
+  dropping.hold_on = false;
+  RsiClient client{dropping, program_along({kStart}), kFirstIpoc};
+  client.begin_cycle();
+  client.receive(
+      "<Sen Type=\"TruePose\"><AK A1=\"1\" A2=\"0\" A3=\"0\" A4=\"0\" A5=\"0\" "
+      "A6=\"0\"/><IPOC>4208163</IPOC></Sen>");
+  client.end_cycle();
+  EXPECT_NEAR(client.correction_rad()[0], 1 * kRadPerDeg, 1e-12);
+  client.begin_cycle();
+  client.end_cycle();
+  EXPECT_EQ(client.correction_rad()[0], 0);
+}
+
+TEST(RsiClient, CanCountItsDelayInARow) {
+  RsiSetup in_a_row{.nominal = kr210(), .ethernet = ethernet(), .cycle = 4ms};
+  in_a_row.consecutive_delay = true;
+  RsiClient client{in_a_row, program_along({kStart}), kFirstIpoc};
+  const auto delay = [&client] { return rsi::decode_robot_frame(client.begin_cycle()).value().delay; };
+  delay();
+  client.end_cycle();
+  EXPECT_EQ(delay(), 1);
+  client.receive("<Sen Type=\"TruePose\"><IPOC>4208167</IPOC></Sen>");
+  client.end_cycle();
+  EXPECT_EQ(delay(), 0);
+}
+
+TEST_F(RsiClientTest, NamesWhatARealControllerIgnoresWithoutAWordOnce) {
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    const std::string ipoc = std::to_string(begin().ipoc);
+    client.receive(
+        "<Sen Type=\"TruePose\"><RKorr X=\"1\" Y=\"0\"/><AK A1=\"1\" A2=\"0\" A3=\"0\" A4=\"0\" A5=\"0\" "
+        "A6=\"0\" A7=\"0\"/><Stop>0</Stop><IPOC>" +
+        ipoc + "</IPOC></Sen>");
+    client.end_cycle();
+    EXPECT_EQ(client.take_unknown_names(),
+              cycle == 0 ? (std::vector<std::string>{"RKorr", "AK.A7"}) : std::vector<std::string>{});
+  }
+}
+
+// ---- What a signal flow may contain
+
+FlowSources sources() {
+  FlowSources sources;
+  sources.sen_pint = [](int) { return 0; };
+  sources.in = [](int index) { return index == 4 || index == 17 || index == 19; };
+  sources.axes_deg = {10, 20, 30, 40, 50, 60};
+  return sources;
+}
+
+/// truepose's flow with more objects, and inputs 6, 7, .. of ETHERNET led by the first output of each.
+rsi::Context with(std::vector<rsi::ContextObject> more) {
+  rsi::Context context = rsi::truepose_context({});
+  auto& ethernet = *std::ranges::find(context.objects, "ETHERNET", &rsi::ContextObject::type);
+  int input = 5;
+  for (const rsi::ContextObject& object : more) {
+    if (object.inputs.empty()) ethernet.inputs[++input] = {object.id, 1};
+  }
+  std::ranges::move(more, std::back_inserter(context.objects));
+  return context;
+}
+
+TEST(RsiFlow, SendsInputsOutputsAxesAndSources) {
+  const auto flow =
+      RsiFlow::of(with({{.type = "DIGIN", .id = "D1", .values = {{"Index", "4"}}},
+                        {.type = "DIGIN", .id = "D2", .values = {{"Index", "2"}, {"DataType", "2"}}},
+                        {.type = "AXISACT", .id = "A"},
+                        {.type = "SOURCE", .id = "S", .values = {{"Offset", "7"}}},
+                        {.type = "GEARTORQUE", .id = "G"},
+                        {.type = "MONITOR", .id = "M", .inputs = {{1, {"A", 2}}}}}));
+  ASSERT_TRUE(flow) << flow.error();
+  const ChannelValues sent = flow->sent(sources());
+  EXPECT_EQ(sent.at(6), 1);
+  EXPECT_EQ(sent.at(7), 5) << "$IN[17] to $IN[24] of byte 2";
+  EXPECT_EQ(sent.at(8), 10);
+  EXPECT_EQ(sent.at(9), 7);
+  EXPECT_EQ(sent.at(10), 0);
+}
+
+TEST(RsiFlow, LeadsCorrectionsThroughALimitAndSetsOutputs) {
+  rsi::Context context = with(
+      {{.type = "LIMIT",
+        .id = "L",
+        .inputs = {{1, {"ETHERNET1", 1}}},
+        .values = {{"LowerLimit", "-0.5"}, {"UpperLimit", "0.5"}}},
+       {.type = "MAP2DIGOUT", .id = "O", .inputs = {{1, {"ETHERNET1", 9}}}, .values = {{"Index", "3"}}}});
+  std::ranges::find(context.objects, "AXISCORR", &rsi::ContextObject::type)->inputs[1] = {"L", 1};
+  const auto flow = RsiFlow::of(context);
+  ASSERT_TRUE(flow) << flow.error();
+  const FlowEffects effects = flow->effects(sources(), {{1, 2.0}, {2, 2.0}, {9, 1.0}});
+  EXPECT_EQ(effects.correction_deg[0], 0.5);
+  EXPECT_EQ(effects.correction_deg[1], 2);
+  EXPECT_EQ(effects.outputs, (std::map<int, bool>{{3, true}}));
+}
+
+TEST(RsiFlow, SetsAByteOfOutputsAndRealsAsKukasExampleDoes) {
+  const auto flow = RsiFlow::of(with(
+      {{.type = "MAP2DIGOUT",
+        .id = "O",
+        .inputs = {{1, {"ETHERNET1", 9}}},
+        .values = {{"Index", "4"}, {"DataType", "1"}}},
+       {.type = "MAP2SEN_PREA", .id = "R", .inputs = {{1, {"ETHERNET1", 10}}}, .values = {{"Index", "2"}}}}));
+  ASSERT_TRUE(flow) << flow.error();
+  const FlowEffects effects = flow->effects(sources(), {{9, 125.0}, {10, -0.25}});
+  EXPECT_EQ(
+      effects.outputs,
+      (std::map<int, bool>{
+          {33, true}, {34, false}, {35, true}, {36, true}, {37, true}, {38, true}, {39, true}, {40, false}}))
+      << "125 in $OUT[33] to $OUT[40]";
+  EXPECT_EQ(effects.sen_prea, (std::map<int, double>{{2, -0.25}}));
+}
+
+TEST(RsiFlow, LeadsAConstantToEthernetAndCorrectionsAndAnalogOutputs) {
+  rsi::Context context =
+      with({{.type = "CONSTANT", .id = "C", .values = {{"Value", "0.75"}}},
+            {.type = "CONSTANT", .id = "Zero"},
+            {.type = "MAP2ANOUT", .id = "O1", .inputs = {{1, {"ETHERNET1", 9}}}, .values = {{"Index", "3"}}},
+            {.type = "MAP2ANOUT", .id = "O2", .inputs = {{1, {"C", 1}}}}});
+  std::ranges::find(context.objects, "AXISCORR", &rsi::ContextObject::type)->inputs[2] = {"C", 1};
+  const auto flow = RsiFlow::of(context);
+  ASSERT_TRUE(flow) << flow.error();
+  const ChannelValues sent = flow->sent(sources());
+  EXPECT_EQ(sent.at(6), 0.75);
+  EXPECT_EQ(sent.at(7), 0) << "what it is without a value";
+  const FlowEffects effects = flow->effects(sources(), {{9, -0.25}});
+  EXPECT_EQ(effects.correction_deg[1], 0.75);
+  EXPECT_EQ(effects.analog, (std::map<int, double>{{1, 0.75}, {3, -0.25}})) << "$ANOUT[1] and $ANOUT[3]";
+}
+
+TEST(RsiFlow, AddsCorrectionsUpToTheLimitsWhereTheyAreRelative) {
+  const auto flow = RsiFlow::of(with({}));
+  ASSERT_TRUE(flow) << flow.error();
+  FlowEffects total;
+  for (int cycle = 1; cycle <= 3; ++cycle) {
+    total = flow->effects(sources(), {{2, 0.4}}, total);
+    EXPECT_NEAR(total.correction_deg[1], 0.4 * cycle, 1e-12);
+  }
+  for (int cycle = 0; cycle < 100; ++cycle) total = flow->effects(sources(), {{2, 0.4}}, total);
+  EXPECT_TRUE(total.clamped);
+  const double limit_deg = total.correction_deg[1];
+  EXPECT_EQ(flow->effects(sources(), {{2, 0.4}}, total).correction_deg[1], limit_deg);
+  EXPECT_EQ(flow->effects(sources(), {{2, 0.4}}).correction_deg[1], 0.4) << "absolute";
+}
+
+TEST(RsiFlow, SetsParametersByNamesInAnyLetterCase) {
+  rsi::Context context = with({});
+  const std::string id = std::ranges::find(context.objects, "AXISCORR", &rsi::ContextObject::type)->id;
+  set_parameter(context, {id, "lowerlima2", -0.25});
+  EXPECT_EQ(value_of(context, {id, "LOWERLIMA2"}), -0.25);
+  EXPECT_EQ(value_of(context, {id, "LowerLimA7"}), std::nullopt);
+  EXPECT_EQ(value_of(context, {"nothing", "LowerLimA1"}), std::nullopt);
+  EXPECT_EQ(value_of(context, {"POSCORRMON", "MaxTrans"}), 6) << "the controller's own, which no file has";
+  const auto flow = RsiFlow::of(context);
+  ASSERT_TRUE(flow) << flow.error();
+  EXPECT_EQ(flow->effects(sources(), {{2, -1.0}}).correction_deg[1], -0.25);
+}
+
+TEST(RsiFlow, RunsWithAMonitorOfWhatItDoesNotSimulateAsKukasSdkHasOne) {
+  const auto flow =
+      RsiFlow::of(with({{.type = "MONITOR", .id = "Monitor_1", .inputs = {{1, {"AXISCORRMON1", 1}}}}}));
+  EXPECT_TRUE(flow) << flow.error();
+}
+
+TEST(RsiFlow, RefusesByNameWhatIsNotSimulated) {
+  const auto error = [](std::vector<rsi::ContextObject> more) {
+    const auto flow = RsiFlow::of(with(std::move(more)));
+    return flow ? "" : flow.error();
+  };
+  EXPECT_EQ(error({{.type = "PID", .id = "P"}}), "P: PID is not simulated");
+  EXPECT_EQ(error({{.type = "AXISCORREXT", .id = "E"}}), "E: the simulated arm has no external axes");
+  EXPECT_EQ(error({{.type = "AXISCORR", .id = "B"}}), "ETHERNET1: a wire from B to here is not simulated");
+  EXPECT_EQ(error({{.type = "LIMIT", .id = "L", .inputs = {{1, {"L", 1}}}}}),
+            "L: a signal leads from it back to it (\"Circular linking\")");
+}
+
+TEST(StreamPath, VisitsItsPointsInALoopWithoutAJump) {
+  const std::vector<JointVector> points{kStart, deg(25, -80, 95, 20, 45, -30), deg(15, -65, 75, -15, 50, 40)};
+  StreamPath path{kr210(), points, 0.5};
+  EXPECT_TRUE(path.moving());
+  std::vector<double> nearest(points.size(), 1);
+  JointVector before = path.set_points();
+  EXPECT_EQ(before, kStart);
+  for (int cycle = 0; cycle < 5000; ++cycle) {
+    path.advance(4ms, before, kNone);
+    const JointVector q = path.set_points();
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      const double fastest = kr210().joints[static_cast<std::size_t>(i)].speed * 0.5 * 0.004;
+      ASSERT_LE(std::abs(q[i] - before[i]), fastest * 1.000001) << "cycle " << cycle;
+    }
+    for (std::size_t k = 0; k < points.size(); ++k) nearest[k] = std::min(nearest[k], (q - points[k]).norm());
+    before = q;
+  }
+  for (const double distance : nearest) EXPECT_LT(distance, 0.001);
+}
+
+TEST(StreamPath, StandsAtASinglePoint) {
+  StreamPath path{kr210(), {kStart}, 1};
+  path.advance(1s, kStart, kNone);
+  EXPECT_EQ(path.set_points(), kStart);
+  EXPECT_FALSE(path.moving());
+}
+
+}  // namespace
+}  // namespace truepose::sim
