@@ -25,7 +25,6 @@ MAY = {
 # To be converted.
 MAY |= dict.fromkeys(
     """
-    daemon/campaign/store_journal.cpp
     daemon/control/jobs.cpp
     daemon/daemon.cpp
     daemon/report/calibration_page.cpp

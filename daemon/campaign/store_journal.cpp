@@ -160,9 +160,8 @@ json::object calibration_document_of(const CampaignResult& result, const Campaig
   document.remeasured = found.remeasured;
   if (found.remeasured) document.remeasured_points = remeasured_points(result, config);
   document.reference_drift_mm = found.reference_drift_mm;
-  json::object written = record::calibration_document(document);
-  written["skipped"] = record::to_json(result.skipped);  // also where none was
-  return written;
+  document.skipped = result.skipped;
+  return record::calibration_document(document);
 }
 
 json::object drift_document_of(const DriftResult& drift, std::span<const Measurement> points) {

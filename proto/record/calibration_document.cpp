@@ -404,11 +404,11 @@ void layout(Io& io, CalibrationDocument& x) {
   io.about("what was read, by what it is").optional("files", x.files);
   io.about("how it was identified").optional("options", x.options);
   io.optional("conditions", x.conditions);
-  io.optional("skipped", x.skipped);
   io.about("after which the campaign resumed").optional("interruptions", x.interruptions);
   io.optional("reference_drift_mm", x.reference_drift_mm, kNotNegative);
   io.about("validation poses reached with compensated joints").optional("remeasured", x.remeasured);
   io.optional("remeasured_points", x.remeasured_points);
+  io.optional("skipped", x.skipped);
   io.about("further members of stream.status").optional("stream", x.stream);
   io.about(
         "how a production program went under correction: where the reflector was, mm, the robot's base frame")

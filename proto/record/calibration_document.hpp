@@ -212,7 +212,7 @@ struct CalibrationDocument {
   std::string robot, tracker, campaign, model, date;  ///< empty where not known
   ByName<std::string> files, options;
   std::optional<Conditions> conditions;
-  std::vector<SkippedPose> skipped;
+  std::optional<std::vector<SkippedPose>> skipped;  ///< none: no campaign measured
   std::vector<Interruption> interruptions;
   std::vector<double> reference_drift_mm;
   std::optional<ErrorStatistics> remeasured;
