@@ -7,8 +7,6 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <boost/json/object.hpp>
-#include <boost/json/value.hpp>
 #include <expected>
 #include <memory>
 #include <type_traits>
@@ -211,16 +209,15 @@ class Daemon {
 
   /// By what the watchdog sees. The io thread shows itself by answering.
   Health health() {
-    boost::json::object threads;
-    bool well = !stopping_;
+    Health health{.status = "ok", .threads = {}};
     for (const Watchdog::Seen& thread : watchdog_.look(clock_.now())) {
       const auto still_for = std::chrono::duration_cast<std::chrono::milliseconds>(thread.still_for);
       const char* const state = thread.stuck ? "stuck" : thread.idle ? "idle" : "running";
-      threads[thread.name] = boost::json::object{{"state", state}, {"still_ms", still_for.count()}};
-      well = well && !thread.stuck;
+      health.threads.emplace_back(thread.name, ThreadHealth{state, still_for});
+      if (thread.stuck) health.status = "stuck";
     }
-    const char* const status = stopping_ ? "stopping" : well ? "ok" : "stuck";
-    return {well, {{"status", status}, {"threads", std::move(threads)}}};
+    if (stopping_) health.status = "stopping";
+    return health;
   }
 
   std::string metrics() {

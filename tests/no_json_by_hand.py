@@ -26,7 +26,6 @@ MAY = {
 MAY |= dict.fromkeys(
     """
     daemon/control/jobs.cpp
-    daemon/daemon.cpp
     daemon/report/calibration_page.cpp
     tools/truepose/online/campaign_commands.cpp
     tools/truepose/online/campaign_rows.cpp

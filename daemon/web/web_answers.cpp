@@ -5,6 +5,7 @@
 
 #include "daemon/web/web_pages.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::daemon {
 
@@ -62,8 +63,8 @@ asio::awaitable<HttpAnswer> WebAnswers::answer_to_known(HttpRequest request, Pee
   if (is_metrics)
     co_return HttpAnswer{http::status::ok, "text/plain; version=0.0.4; charset=utf-8", parts_.metrics()};
   const Health health = parts_.health();
-  const auto status = health.well ? http::status::ok : http::status::service_unavailable;
-  co_return HttpAnswer{status, "application/json", control::json_text(health.details) + "\n"};
+  const auto status = health.well() ? http::status::ok : http::status::service_unavailable;
+  co_return HttpAnswer{status, "application/json", control::json_text(record::to_json(health)) + "\n"};
 }
 
 /// In the clear it is this machine alone that asks.

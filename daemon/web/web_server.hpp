@@ -2,7 +2,6 @@
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/ip/address.hpp>
-#include <boost/json/object.hpp>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -14,16 +13,11 @@
 
 #include "config/cell_config.hpp"
 #include "daemon/control/control_server.hpp"
+#include "daemon/web/health.hpp"
 #include "drivers/clock.hpp"
 #include "drivers/start_failure.hpp"
 
 namespace truepose::daemon {
-
-/// Whether the daemon is well, for load balancers and people.
-struct Health {
-  bool well = true;
-  boost::json::object details{};
-};
 
 /// What one client, or many, may take.
 struct WebLimits {

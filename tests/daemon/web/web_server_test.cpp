@@ -40,7 +40,7 @@ class WebServerTest : public ControlServerTest {
   }
 
   config::WebConfig web_config_{.listen = config::Endpoint{"127.0.0.1", 0}};
-  Health health_{.well = true, .details = {{"status", "ok"}}};
+  Health health_{.status = "ok", .threads = {{"RSI", {"running", 4ms}}, {"store", {"idle", 0ms}}}};
   std::unique_ptr<WebServer> web_;
 };
 
@@ -53,11 +53,14 @@ TEST_F(WebServerTest, ServesDashboardMetricsAndHealthWithoutATokenOnLoopback) {
   const HttpAnswer metrics = client.get("/metrics");
   EXPECT_THAT(metrics.header, HasSubstr("text/plain; version=0.0.4"));
   EXPECT_EQ(metrics.body, "up 1\n");
-  EXPECT_EQ(client.get("/healthz").body, "{\"status\":\"ok\"}\n");
-  on_loop([this] { health_ = {.well = false, .details = {{"status", "stuck"}}}; });
+  EXPECT_EQ(client.get("/healthz").body,
+            R"({"status":"ok","threads":{"RSI":{"state":"running","still_ms":4},)"
+            R"("store":{"state":"idle","still_ms":0}}})"
+            "\n");
+  on_loop([this] { health_ = {.status = "stuck", .threads = {}}; });
   const HttpAnswer unwell = client.get("/healthz");
   EXPECT_EQ(unwell.status, 503);
-  EXPECT_EQ(unwell.body, "{\"status\":\"stuck\"}\n");
+  EXPECT_EQ(unwell.body, "{\"status\":\"stuck\",\"threads\":{}}\n");
 }
 
 TEST_F(WebServerTest, AnswersWhatItDoesNotServe) {
