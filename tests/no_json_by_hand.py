@@ -25,7 +25,6 @@ MAY = {
 # To be converted.
 MAY |= dict.fromkeys(
     """
-    daemon/control/jobs.cpp
     daemon/report/calibration_page.cpp
     tools/truepose/online/campaign_commands.cpp
     tools/truepose/online/campaign_rows.cpp

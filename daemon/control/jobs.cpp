@@ -11,17 +11,13 @@
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
-namespace json = boost::json;
 using control::ErrorCode;
 using control::RpcError;
 
 namespace {
 
 rpc::JobError error_record(const RpcError& error) {
-  json::object written = control::error_json(error);
-  return {.code = static_cast<int>(error.code),
-          .message = error.message,
-          .data = std::move(written.at("data").as_object())};
+  return {.code = static_cast<int>(error.code), .message = error.message, .data = control::error_data(error)};
 }
 
 }  // namespace

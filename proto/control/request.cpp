@@ -124,18 +124,20 @@ std::string encode_result(const Id& id, const json::value& result) {
   return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"result", result}});
 }
 
-json::object error_json(const RpcError& error) {
+json::object error_data(const RpcError& error) {
   json::object data{{"code", view(symbol(error.code))}};
   if (!error.path.empty()) data["path"] = error.path;
   if (!error.state.empty()) {
     data["state"] = error.state;
     data["allowed"] = json::array(error.allowed.begin(), error.allowed.end());
   }
-  return {{"code", static_cast<int>(error.code)}, {"message", error.message}, {"data", std::move(data)}};
+  return data;
 }
 
 std::string encode_error(const Id& id, const RpcError& error) {
-  return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"error", error_json(error)}});
+  json::object written{
+      {"code", static_cast<int>(error.code)}, {"message", error.message}, {"data", error_data(error)}};
+  return line_of({{"jsonrpc", "2.0"}, {"id", id_value(id)}, {"error", std::move(written)}});
 }
 
 std::string encode_notification(std::string_view method, const json::object& params) {

@@ -93,8 +93,8 @@ using Dropped = std::map<Topic, std::uint64_t>;
 /// The line of an event, which also says how many were dropped before it.
 std::string event_after_drops(std::string_view event_line, const Dropped& dropped);
 
-/// An error as replies have it.
-boost::json::object error_json(const RpcError& error);
+/// What an error says for programs: {"code", ...}.
+boost::json::object error_data(const RpcError& error);
 
 struct Reply {
   Id id;
