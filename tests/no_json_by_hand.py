@@ -25,7 +25,6 @@ MAY = {
 # To be converted.
 MAY |= dict.fromkeys(
     """
-    daemon/report/calibration_page.cpp
     tools/truepose/online/campaign_commands.cpp
     tools/truepose/online/campaign_rows.cpp
     tools/truepose/online/online_commands.cpp

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
 #include <iomanip>
+#include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "daemon/report/page.hpp"
 #include "daemon/report/sections.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/record/json_io.hpp"
 
 namespace truepose::report {
 namespace {
@@ -30,6 +33,12 @@ std::string identity(const ReportDocument& document) {
   return text;
 }
 
+/// Of a document, its arm as it is written: the record's angles would come back in other last digits.
+struct WrittenArm {
+  std::optional<json::value> arm;
+};
+void layout(record::Io& io, WrittenArm& x) { io.optional("arm", x.arm); }
+
 /// The shortest texts that bring the numbers back.
 std::string fields(const auto& numbers) {
   std::string text;
@@ -44,7 +53,7 @@ std::vector<EmbeddedFile> embedded_files(const ReportDocument& document, const F
     files.push_back({"measurements.csv", "text/csv", std::move(csv),
                      "what was measured, as truepose calibrate --data reads it"});
   }
-  if (const json::value* arm = document.json.if_contains("arm")) {
+  if (const auto arm = record::from_json<WrittenArm>(document.json).value().arm) {
     files.push_back({"robot.yaml", "application/yaml", control::json_text(*arm) + "\n",
                      "the data sheet's arm, as truepose calibrate --robot reads it"});
   }
