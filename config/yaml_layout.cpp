@@ -76,9 +76,9 @@ class YamlWriter final : public WriteIo {
   };
 
   bool enter(Presence presence, std::string_view key, bool there) override {
-    if (!there && presence == Presence::Optional) return false;
+    if (!there && presence != Presence::Nullable) return false;
     open_.push_back({std::string{key}, {}, {}});
-    if (there || presence != Presence::Nullable) return true;
+    if (there) return true;
     top() = {"null", true};
     leave();
     return false;

@@ -22,21 +22,13 @@ MAY = {
     "tools/truepose/online/report_command.cpp": "adds to a document that is printed as it came",
 }
 
-# To be converted.
-MAY |= dict.fromkeys(
-    """
-    tools/truepose/online/campaign_commands.cpp
-    tools/truepose/online/campaign_rows.cpp
-    tools/truepose/online/online_commands.cpp
-    """.split()
-)
-
 KEY = r'"[a-z_$][\w$]*"'
-# Other lists begin alike, so that it counts only where there is JSON, and not in a table for people.
+# Other lists begin alike, so that it counts only where there is JSON, and not in a table for people or of commands.
 MEMBER = re.compile(rf"\{{\s*\{{\s*{KEY}\s*,")
-TABLE = re.compile(r"(Cells>\s*\w+|text_table\()\s*\{")
+TABLE = re.compile(r"(Cells>\s*\w+|text_table\(|OnlineRow> \w+\([^)]*\) \{\s*return)\s*\{")
 BY_HAND = re.compile(
     r"\bjson::(?:object|value)\s*\w*\s*[({]\s*\{"  # json::object{{"key", value}}
+    rf"|\bprint\([\w.]+,\s*\{{\s*\{{\s*{KEY}"  # print(online, {{"key", value}}, text)
     rf"|[\w\])]\[{KEY}\]"  # object["key"]
     rf"|(?:\.|->)(?:at|if_contains|emplace|insert_or_assign)\(\s*{KEY}"  # object.at("key")
     r'|\b(?:at|find)_pointer\([^()"]*"/'  # value.at_pointer("/key")

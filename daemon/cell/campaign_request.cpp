@@ -60,7 +60,7 @@ AskedCampaign CampaignRequests::targets(const rpc::CampaignStart& asked) const {
   TargetsOrder order{.cell = (*model)->cell,
                      .model_id = (*model)->record.id,
                      .targets = *std::move(joints),
-                     .loop = {.rounds = asked.rounds, .tolerance_mm = asked.tolerance_mm}};
+                     .loop = {.rounds = *asked.rounds, .tolerance_mm = *asked.tolerance_mm}};
   order.readings = asked.readings.value_or(order.readings);
   return CampaignRequest{std::move(config), std::move(order)};
 }

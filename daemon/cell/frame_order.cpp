@@ -67,7 +67,7 @@ std::expected<ToolOrder, RpcError> tool_order(const rpc::CampaignStart& asked,
   ToolOrder order;
   order.number = asked.number.value();
   order.together = asked.together;
-  order.poses = asked.poses_per_point;
+  order.poses = *asked.poses_per_point;
   const std::vector<std::string> names =
       asked.points.empty() ? std::vector<std::string>{kOrigin} : asked.points;
   if (names.size() > config::kMostReflectors)

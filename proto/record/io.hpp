@@ -16,7 +16,7 @@ namespace truepose::record {
 /// How a member stands in a text.
 enum class Presence {
   Required,   ///< always written; reading refuses a text without it
-  Defaulted,  ///< always written; reading leaves the value where the text has none
+  Defaulted,  ///< written unless it is left out; reading leaves the value where the text has none
   Optional,   ///< written where it is not empty; reading leaves the value where the text has none
   Nullable,   ///< written as null where it is empty; reading leaves the value at null and where there is none
 };
@@ -38,7 +38,7 @@ class Io {
   }
   template <class T, class... How>
   void defaulted(std::string_view key, T&& x, const How&... how) {
-    member(Presence::Defaulted, key, true, x, how...);
+    member(Presence::Defaulted, key, !is_left_out(x), x, how...);
   }
   template <class T, class... How>
   void optional(std::string_view key, T&& x, const How&... how) {
@@ -78,8 +78,8 @@ class Io {
       std::abort();  // a form that reads by itself and has no form_of() cannot be written
     } else if constexpr (kIsA<T, std::optional>) {
       if (describes()) {
-        typename T::value_type one{};
-        return value(one, first, rest...);
+        auto usual = x.value_or(typename T::value_type{});
+        return value(usual, first, rest...);
       }
       value(reads() ? x.emplace() : *x, first, rest...);
     } else if constexpr (kIsA<T, Unless>) {

@@ -21,9 +21,9 @@ class JsonWriter final : public WriteIo {
 
  private:
   bool enter(Presence presence, std::string_view key, bool there) override {
-    if (!there && presence == Presence::Optional) return false;
+    if (!there && presence != Presence::Nullable) return false;
     json::value& member = top().get_object()[view(key)];
-    if (!there && presence == Presence::Nullable) return false;
+    if (!there) return false;
     path_.push_back(&member);
     return true;
   }

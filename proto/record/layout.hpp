@@ -27,7 +27,8 @@ class object;
 /// writes them or reads them: as JSON or as YAML.
 ///
 ///   io(key, x, how...)            a member that must be there
-///   io.defaulted(key, x, how...)  always written; where it is absent, x stays as it is
+///   io.defaulted(key, x, how...)  written, but for an empty optional and an Unless that has its usual value;
+///                                 where it is absent, x stays as it is
 ///   io.optional(key, x, how...)   left out where x is empty; where it is absent, x stays as it is
 ///   io.nullable(key, x, how...)   null where x is empty
 ///   io.where(c, key, x, how...)   a member that must be there where c holds, and is not there else
@@ -148,14 +149,24 @@ concept EigenVector = std::derived_from<T, Eigen::MatrixBase<T>> && T::ColsAtCom
 template <class T>
 concept AnyJson = std::same_as<T, boost::json::value> || std::same_as<T, boost::json::object>;
 
+/// Whether it holds no value of its own.
 template <class T>
-bool is_empty(const T& x) {
-  if constexpr (requires { x.has_value(); }) {
-    return !x.has_value();
-  } else if constexpr (requires { x.size(); }) {
-    return x.size() == 0;
+bool is_left_out(const T& x) {
+  if constexpr (kIsA<T, std::optional>) {
+    return !x;
   } else if constexpr (kIsA<T, Unless>) {
     return x.value == x.usual;
+  } else {
+    return false;
+  }
+}
+
+template <class T>
+bool is_empty(const T& x) {
+  if constexpr (kIsA<T, std::optional> || kIsA<T, Unless>) {
+    return is_left_out(x);
+  } else if constexpr (requires { x.size(); }) {
+    return x.size() == 0;
   } else if constexpr (requires { x == nullptr; }) {
     return x == nullptr;
   } else {

@@ -10,7 +10,8 @@
 
 namespace truepose::rpc {
 
-using record::kCount, record::kLargeCount, record::OneOf, record::Range, record::Size, record::Whole;
+using record::kCount, record::kLargeCount, record::OneOf, record::Range, record::Size, record::Unless,
+    record::Whole;
 
 namespace {
 
@@ -152,7 +153,8 @@ void layout(Io& io, CampaignStart::Result& x) {
 }
 void layout(Io& io, CampaignStart& x) {
   io.about("What to measure for")
-      .defaulted("kind", x.kind, OneOf{"calibration", "targets", "iso9283", "tool", "base"});
+      .defaulted("kind", Unless{"calibration", x.kind},
+                 OneOf{"calibration", "targets", "iso9283", "tool", "base"});
   io.about(
         "Targets: nominal joints, deg (mm for a prismatic joint); the real arm shall stand where the "
         "nominal one would")
@@ -174,7 +176,7 @@ void layout(Io& io, CampaignStart& x) {
   io.about(
         "ISO 9283 with the joints that the active model asks for; false: with those of the nominal arm, "
         "which needs no model")
-      .defaulted("compensate", x.compensate);
+      .defaulted("compensate", Unless{true, x.compensate});
   io.about("Poses to identify from; default as configured")
       .optional("identify_poses", x.identify_poses, Whole{5, 1000});
   io.about("Poses to validate on, or targets (1 to 100); default as configured")
@@ -182,7 +184,8 @@ void layout(Io& io, CampaignStart& x) {
   io.about("Of the planner; default as configured").optional("seed", x.seed, kLargeCount);
   io.about("Reach the validation poses with compensated joints and measure again; default as configured")
       .optional("remeasure", x.remeasure);
-  io.about("Activate the model if its validation beats the nominal arm").defaulted("activate", x.activate);
+  io.about("Activate the model if its validation beats the nominal arm")
+      .defaulted("activate", Unless{true, x.activate});
   io.about("Of the tool in TOOL_DATA, or of the base in BASE_DATA; campaigns of these kinds need it")
       .optional("number", x.number, Whole{1, 1000});
   io.about(
@@ -209,7 +212,8 @@ void layout(Io& io, CampaignStart& x) {
         "Of the tool where the TCP alone is measured, KUKA a,b,c in deg, one row; default: a 6-D "
         "target's, else the flange's")
       .optional("orientation", x.orientation, Size{1, 1});
-  io.about("Reflectors sit at all of the tool's points at once").defaulted("together", x.together);
+  io.about("Reflectors sit at all of the tool's points at once")
+      .defaulted("together", Unless{false, x.together});
   io.about("In which each point of the tool is measured; fewer than 4 for a 6-D target alone")
       .defaulted("poses_per_point", x.poses_per_point, Whole{1, 100});
   io.about(

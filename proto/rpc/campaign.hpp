@@ -124,7 +124,8 @@ using PoseRow = Eigen::Matrix<double, 6, 1>;
 /// Of a campaign: the document of so many fits into one line of the protocol.
 inline constexpr int kMostTargets = 100;
 
-/// campaign.start
+/// campaign.start. A kind refuses the parameters of others: a client that sends one empties those that have a
+/// number to begin with.
 struct CampaignStart {
   struct Result {
     std::string id{};
@@ -135,8 +136,8 @@ struct CampaignStart {
   std::string kind = "calibration";
   std::vector<std::vector<double>> joints{};
   std::vector<PoseRow> poses{};
-  int rounds = 15;
-  double tolerance_mm = 0.003;
+  std::optional<int> rounds = 15;
+  std::optional<double> tolerance_mm = 0.003;
   std::optional<int> readings{};
   std::optional<int> cycles{};
   std::optional<bool> variation{};
@@ -154,7 +155,7 @@ struct CampaignStart {
   std::vector<Eigen::Vector3d> facing{};
   std::vector<Eigen::Vector3d> orientation{};
   bool together = false;
-  int poses_per_point = 10;
+  std::optional<int> poses_per_point = 10;
   std::string note{};
 };
 void layout(Io& io, CampaignStart& x);

@@ -66,7 +66,6 @@ struct OptionRules {
   std::string environment{};  ///< variable that says the value, a text or a path, where no word does
   bool is_subject = false;    ///< of several, exactly one is given: what the command is about
   std::string key{};          ///< parameter of the command's method that it becomes
-  bool flag_sends = true;     ///< as that parameter
   FileUse file = FileUse::None;
 };
 

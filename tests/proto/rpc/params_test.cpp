@@ -40,6 +40,19 @@ TEST(Params, HaveTheirUsualValuesWhereTheyAreLeftOut) {
   const auto page = read_params<ModelList>({});
   ASSERT_TRUE(page) << page.error().message;
   EXPECT_EQ(page->limit, 20);
+  const auto targets = read_params<CampaignStart>(object_of(R"({"kind":"targets"})"));
+  ASSERT_TRUE(targets) << targets.error().message;
+  EXPECT_EQ(targets->rounds, 15);
+  EXPECT_TRUE(targets->activate);
+}
+
+TEST(Params, AreWrittenWithoutWhatIsEmptyAndWhatIsUsual) {
+  CampaignStart request{.rounds = {}, .tolerance_mm = {}, .poses_per_point = {}};
+  EXPECT_EQ(record::to_json(request), object_of("{}"));
+  request.kind = "targets";
+  request.rounds = 15;
+  request.activate = false;
+  EXPECT_EQ(record::to_json(request), object_of(R"({"kind":"targets","rounds":15,"activate":false})"));
 }
 
 TEST(Params, SayWhatWasExpectedAndWhatWasFound) {

@@ -2,7 +2,6 @@
 
 #include <sys/stat.h>
 
-#include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 
 #include "config/text_file.hpp"
@@ -11,6 +10,20 @@
 #include "tools/truepose/online/rpc_client.hpp"
 
 namespace truepose::tools {
+namespace {
+
+struct WrittenBackup {
+  std::string id;
+  std::filesystem::path file;
+  std::uint64_t bytes = 0;
+};
+void layout(record::Io& io, WrittenBackup& x) {
+  io("id", x.id);
+  io("file", x.file);
+  io("bytes", x.bytes);
+}
+
+}  // namespace
 
 int back_up(const OnlineOptions& online, const std::filesystem::path& out) {
   ::umask(S_IRWXG | S_IRWXO);  // what a store says is for its owner
@@ -28,7 +41,7 @@ int back_up(const OnlineOptions& online, const std::filesystem::path& out) {
     throw CommandError{kFailed, "the daemon's backup came in part; make it again"};
   file.close();
   file.take_place();
-  print(online, {{"id", made.id}, {"file", out.string()}, {"bytes", made.bytes}},
+  print(online, record::to_json(WrittenBackup{made.id, out, made.bytes}),
         "backup written to " + out.string() + "\nnext: truepose restore " + out.string() +
             " --cell CELL.yaml, while no daemon runs\n");
   return kDone;

@@ -1,10 +1,9 @@
 #include "tools/truepose/online/campaign_commands.hpp"
 
-#include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
-#include <boost/json/value_from.hpp>
 #include <cstdio>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "config/csv_reader.hpp"
@@ -23,8 +22,6 @@ namespace {
 namespace json = boost::json;
 
 // ---- Files ----
-
-json::array coordinates(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 /// The joints that were found for targets, CSV: q1..qN, and the last error in residual_mm. Targets without
 /// joints are left out.
@@ -122,6 +119,16 @@ std::string frame_file(const FoundCampaign& found) {
   return yaml;
 }
 
+/// What was written, by what it is.
+struct ExportedCampaign {
+  std::string id;
+  record::ByName<std::filesystem::path> files;
+};
+void layout(record::Io& io, ExportedCampaign& x) {
+  io("id", x.id);
+  io("files", x.files);
+}
+
 /// All of them, or none.
 void write_files(CampaignSource& source, const FoundCampaign& found, const CampaignFiles& files) {
   const std::string& id = found.campaign.id;
@@ -166,33 +173,31 @@ int follow(RpcClient& client, const OnlineOptions& online, const std::string& id
 
 }  // namespace
 
-json::object targets_of_file(const std::filesystem::path& file) {
+void add_targets(const std::filesystem::path& file, rpc::CampaignStart& request) {
   std::istringstream in{config::read_text_file(file, config::CsvTable::kMostBytes)};
   config::TargetReader reader{in, file.string(), {}};
-  json::array rows;
-  while (const auto row = reader.next()) rows.push_back(json::value_from(row->numbers));
-  return {{reader.form() == config::TargetForm::Joints ? "joints" : "poses", std::move(rows)}};
-}
-
-json::object points_of_file(const std::filesystem::path& file) {
-  json::array names, at, known;
-  for (const config::PlannedPoint& point : config::load_points(file)) {
-    names.emplace_back(point.name);
-    if (point.at_mm) at.push_back(coordinates(*point.at_mm));
-    if (point.known_mm) known.push_back(coordinates(*point.known_mm));
+  while (auto row = reader.next()) {
+    if (reader.form() == config::TargetForm::Joints)
+      request.joints.push_back(std::move(row->numbers));
+    else
+      request.poses.emplace_back(row->numbers.data());
   }
-  json::object points{{"points", std::move(names)}};
-  if (!at.empty()) points["at"] = std::move(at);
-  if (!known.empty()) points["nominal"] = std::move(known);
-  return points;
 }
 
-int start_and_watch(const OnlineOptions& online, const json::object& params) {
+void add_points(const std::filesystem::path& file, rpc::CampaignStart& request) {
+  for (const config::PlannedPoint& point : config::load_points(file)) {
+    request.points.push_back(point.name);
+    if (point.at_mm) request.at.push_back(*point.at_mm);
+    if (point.known_mm) request.nominal.push_back(*point.known_mm);
+  }
+}
+
+int start_and_watch(const OnlineOptions& online, const rpc::CampaignStart& request) {
   RpcClient client = connect_for_campaign(online);
-  const std::string id = value_or_throw(client.call_with<rpc::CampaignStart>(params)).record.id;
+  const std::string id = value_or_throw(client.call(request)).record.id;
   const int exit_code = follow(client, online, id);
   // A calibration has its report; what the others found is short.
-  if (exit_code == kDone && !online.json && params.contains("kind"))
+  if (exit_code == kDone && !online.json && request.kind != "calibration")
     print(campaign_text(value_or_throw(client.call(rpc::CampaignGet{.id = id})).record));
   return exit_code;
 }
@@ -225,22 +230,22 @@ int show_campaign(const OnlineOptions& online, const StoreFile& store, const std
 
 int export_campaign(const OnlineOptions& online, const StoreFile& store, const std::string& id,
                     const CampaignFiles& files) {
-  json::object written;
+  ExportedCampaign exported;
   std::string names;
   for (const auto& [what, file] :
        {std::pair{"data", files.data}, std::pair{"joints", files.joints}, std::pair{"cycles", files.cycles},
         std::pair{"frame", files.frame}, std::pair{"document", files.document}}) {
     if (file.empty()) continue;
-    written[what] = file.string();
+    exported.files.emplace_back(what, file);
     names += " " + file.string();
   }
-  if (written.empty())
+  if (exported.files.empty())
     throw bad_usage("campaign export: give --data, --document, --frame, --joints or --cycles");
   const auto source = campaign_source(online, store);
   const FoundCampaign found = source->ask(rpc::CampaignGet{.id = unless_empty(id)}).record;
   write_files(*source, found, files);
-  print(online, {{"id", found.campaign.id}, {"files", std::move(written)}},
-        "campaign " + found.campaign.id + " written to" + names + "\n");
+  exported.id = found.campaign.id;
+  print(online, record::to_json(exported), "campaign " + exported.id + " written to" + names + "\n");
   return kDone;
 }
 

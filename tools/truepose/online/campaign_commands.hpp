@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/json/object.hpp>
 #include <filesystem>
 #include <string>
 
@@ -23,15 +22,15 @@ struct CampaignFiles {
   std::filesystem::path data;
 };
 
-/// Targets of a campaign from CSV: {"joints": rows} of q1..qN, or {"poses": rows} of x,y,z,a,b,c.
-boost::json::object targets_of_file(const std::filesystem::path& file);
+/// Targets of a campaign from CSV: joints of q1..qN, or poses of x,y,z,a,b,c.
+void add_targets(const std::filesystem::path& file, rpc::CampaignStart& request);
 
 /// Points of a tool or a fixture from CSV (point; x,y,z: where it is, roughly; px,py,pz: its coordinates in
-/// the frame, where known): {"points", "at", "nominal"}.
-boost::json::object points_of_file(const std::filesystem::path& file);
+/// the frame, where known).
+void add_points(const std::filesystem::path& file, rpc::CampaignStart& request);
 
 /// Starts a campaign and follows it to its end; of one that is no calibration, shows what it found.
-int start_and_watch(const OnlineOptions& online, const boost::json::object& params);
+int start_and_watch(const OnlineOptions& online, const rpc::CampaignStart& request);
 /// Goes on with a campaign and follows it to its end.
 /// @param id  of one that was interrupted; empty: the one that is paused
 int resume_and_watch(const OnlineOptions& online, const std::string& id);

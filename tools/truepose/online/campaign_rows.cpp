@@ -1,5 +1,4 @@
-#include <boost/json/array.hpp>
-#include <tuple>
+#include <vector>
 
 #include "core/calibrate/option_names.hpp"
 #include "tools/truepose/online/online_row.hpp"
@@ -39,43 +38,40 @@ std::string identified_text(const rpc::CampaignIdentify::Result& made) {
   return text + (made.activated ? "\n" : "; truepose model activate " + made.model_id + "\n");
 }
 
-/// Numbers as a list of positions; none where there are none.
-std::optional<json::array> positions_of(const std::vector<double>& numbers, const char* option) {
-  if (numbers.empty()) return std::nullopt;
+/// Numbers as a list of positions.
+std::vector<Eigen::Vector3d> positions_of(const std::vector<double>& numbers, const char* option) {
   if (numbers.size() % 3 != 0)
     throw bad_usage(std::string{"campaign start: "} + option + ": expected three numbers for each point");
-  json::array rows;
+  std::vector<Eigen::Vector3d> rows;
   for (std::size_t i = 0; i < numbers.size(); i += 3)
-    rows.push_back(json::array{numbers[i], numbers[i + 1], numbers[i + 2]});
+    rows.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
   return rows;
 }
 
-/// What is asked for of a tool or a base beyond what are parameters as they stand.
-void add_frame(const OnlineArguments& given, json::object& params) {
-  params["kind"] = given.tool ? "tool" : "base";
-  params["number"] = given.tool ? *given.tool : *given.base;
-  if (given.tool_poses) params["poses_per_point"] = *given.tool_poses;
-  if (!given.points_file.empty())
-    for (const auto& [key, value] : points_of_file(given.points_file)) params[key] = value;
-  for (const auto& [key, option, numbers] : {std::tuple{"at", "--at", &given.at},
-                                             {"nominal", "--nominal", &given.nominal},
-                                             {"facing", "--facing", &given.facing},
-                                             {"orientation", "--orientation", &given.orientation}})
-    if (auto rows = positions_of(*numbers, option)) params[key] = *std::move(rows);
-  if (given.touch && params.contains("at"))
+/// What is asked for of a tool or a base beyond what options are read into.
+void add_frame(const OnlineArguments& given, rpc::CampaignStart& request) {
+  request.kind = given.tool ? "tool" : "base";
+  request.number = given.tool ? given.tool : given.base;
+  request.at = positions_of(given.at, "--at");
+  request.nominal = positions_of(given.nominal, "--nominal");
+  request.facing = positions_of(given.facing, "--facing");
+  request.orientation = positions_of(given.orientation, "--orientation");
+  if (!given.points_file.empty()) add_points(given.points_file, request);
+  if (request.touch && !request.at.empty())
     throw CommandError{kBadInput, given.points_file.string() +
                                       ": the columns x,y,z are for the tracker, and --touch does "
                                       "without: leave one of both out"};
 }
 
-int start_campaign(const OnlineArguments& given, const json::object& params) {
-  json::object all = given.targets.empty() ? json::object{} : targets_of_file(given.targets);
-  for (const auto& [key, value] : params) {
-    if (key != "kind" || given.kind != "calibration") all[key] = value;
-  }
-  if (given.tool || given.base) add_frame(given, all);
-  if (given.watch) return start_and_watch(given.online, all);
-  return ask<rpc::CampaignStart>(given.online, all, started_text);
+int start_campaign(const OnlineArguments& given, const json::object&) {
+  rpc::CampaignStart request = given.start;
+  request.compensate = !given.uncompensated;
+  request.activate = !given.no_activate;
+  if (given.seed) request.seed = static_cast<std::uint64_t>(*given.seed);
+  if (!given.targets.empty()) add_targets(given.targets, request);
+  if (given.tool || given.base) add_frame(given, request);
+  if (given.watch) return start_and_watch(given.online, request);
+  return ask<rpc::CampaignStart>(given.online, record::to_json(request), started_text);
 }
 
 int resume_campaign(const OnlineArguments& given, const json::object& params) {
@@ -124,41 +120,36 @@ std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
   return {
       {"campaign", "", "measure and identify the arm"},
       {"campaign start", "campaign.start", "start a campaign",
-       {{"--kind", &a.kind, "what to measure for",
-         {.shows_default = true, .check = member_of({"calibration", "targets", "iso9283"}), .key = "kind"}},
+       {{"--kind", &a.start.kind, "what to measure for",
+         {.shows_default = true, .check = member_of({"calibration", "targets", "iso9283"})}},
         {"--targets", &a.targets,
          "targets (CSV: q1..qN in deg, or x,y,z,a,b,c of the flange); default: validation poses of a plan",
          {.file = FileUse::Read}},
-        {"--rounds", &a.rounds, "corrections of a target at most", {.key = "rounds"}},
-        {"--tolerance", &a.tolerance_mm, "mm to which the mean of its readings must come",
-         {.key = "tolerance_mm"}},
-        {"--readings", &a.readings, "of the tracker in each round, or of each point of a base; touches default to one", {.key = "readings"}},
-        {"--cycles", &a.cycles, "of an ISO 9283 test; default as configured", {.key = "cycles"}},
-        {"--variation", &a.variation,
+        {"--rounds", &a.start.rounds, "corrections of a target at most"},
+        {"--tolerance", &a.start.tolerance_mm, "mm to which the mean of its readings must come"},
+        {"--readings", &a.start.readings, "of the tracker in each round, or of each point of a base; touches default to one"},
+        {"--cycles", &a.start.cycles, "of an ISO 9283 test; default as configured"},
+        {"--variation", &a.start.variation,
          "ISO 9283: come to P1, P2 and P4 along the three axes of the base too, for vAP; default as "
-         "configured",
-         {.key = "variation"}},
-        {"--uncompensated", &a.uncompensated, "ISO 9283 of the nominal arm; needs no model",
-         {.key = "compensate", .flag_sends = false}},
-        {"--identify", &a.identify_poses, "poses to identify from", {.key = "identify_poses"}},
-        {"--validate", &a.validate_poses, "poses to validate on", {.key = "validate_poses"}},
-        {"--seed", &a.seed, "seed of the planner", {.key = "seed"}},
-        {"--remeasure", &a.remeasure,
-         "measure the validation poses again with compensated joints; default as configured",
-         {.key = "remeasure"}},
-        {"--no-activate", &a.no_activate, "keep the model inactive", {.key = "activate", .flag_sends = false}},
+         "configured"},
+        {"--uncompensated", &a.uncompensated, "ISO 9283 of the nominal arm; needs no model"},
+        {"--identify", &a.start.identify_poses, "poses to identify from"},
+        {"--validate", &a.start.validate_poses, "poses to validate on"},
+        {"--seed", &a.seed, "seed of the planner"},
+        {"--remeasure", &a.start.remeasure,
+         "measure the validation poses again with compensated joints; default as configured"},
+        {"--no-activate", &a.no_activate, "keep the model inactive"},
         {"--tool", &a.tool, "measure the tool of this number in TOOL_DATA, with the active model",
          {.check = in_range(1, 1000), .excludes = {"--kind"}}},
         {"--base", &a.base,
          "measure the work frame of this number in BASE_DATA: a reflector is put to its points by hand, the arm stands still",
          {.check = in_range(1, 1000), .excludes = {"--kind", "--tool"}}},
-        {"--touch", &a.touch,
+        {"--touch", &a.start.touch,
          "the points of the base are touched by the TCP of the tool of this number, which has to be in use: the arm is jogged there",
-         {.check = in_range(1, 1000), .needs = {"--base"}, .excludes = {"--at"}, .key = "touch"}},
-        {"--points", &a.points,
+         {.check = in_range(1, 1000), .needs = {"--base"}, .excludes = {"--at"}}},
+        {"--points", &a.start.points,
          "of the frame, where a reflector sits: origin, x (on +X) and xy (in the XY plane, +Y side), or any names with --nominal; of "
-         "a tool origin, the TCP, alone too, and by default. From one to the next it is put by hand: the campaign pauses for that",
-         {.key = "points"}},
+         "a tool origin, the TCP, alone too, and by default. From one to the next it is put by hand: the campaign pauses for that"},
         {"--at", &a.at,
          "where each point is, roughly (x,y,z in mm, point after point): of a tool in the flange frame, of a base in the "
          "robot's; default: where the TCP is known to be, else where the cell file has its reflector"},
@@ -171,11 +162,11 @@ std::vector<OnlineRow> campaign_rows(OnlineArguments& a) {
         {"--orientation", &a.orientation,
          "of the tool as a,b,c (deg), where the TCP alone is measured; otherwise the flange's",
          {.count = 3, .needs = {"--tool"}}},
-        {"--together", &a.together, "reflectors sit at all points of the tool at once",
-         {.needs = {"--tool"}, .key = "together"}},
-        {"--tool-poses", &a.tool_poses, "in which each point is measured; below 4 for a 6-D target alone; default: 10",
+        {"--together", &a.start.together, "reflectors sit at all points of the tool at once",
+         {.needs = {"--tool"}}},
+        {"--tool-poses", &a.start.poses_per_point, "in which each point is measured; below 4 for a 6-D target alone; default: 10",
          {.check = in_range(1, 100), .needs = {"--tool"}}},
-        {"--note", &a.note, "what for: shown with the campaign and in its report", {.key = "note"}},
+        {"--note", &a.start.note, "what for: shown with the campaign and in its report"},
         {"--watch", &a.watch, "follow it to its end"}},
        start_campaign},
       asks<rpc::CampaignPause>("campaign pause", "pause the campaign that runs", {}, progress_text),

@@ -42,14 +42,37 @@ std::string json_line(const json::value& value) { return control::json_text(valu
 
 // ---- Commands that are more than a call and its text ----
 
+struct ExportedModel {
+  std::string id;
+  std::filesystem::path file;
+};
+void layout(record::Io& io, ExportedModel& x) {
+  io("id", x.id);
+  io("file", x.file);
+}
+
 int export_model(const OnlineArguments& given, const json::object& params) {
   if (given.out.empty()) return ask<rpc::ModelExport>(given.online, params, exported_text);
   RpcClient client = value_or_throw(RpcClient::connect(given.online));
-  const auto [id, yaml] = value_or_throw(client.call_with<rpc::ModelExport>(params)).record;
+  const rpc::ModelExport request{.id = unless_empty(given.id)};
+  const auto [id, yaml] = value_or_throw(client.call(request)).record;
   config::write_text_file(given.out, yaml);
-  print(given.online, {{"id", id}, {"file", given.out.string()}},
+  print(given.online, record::to_json(ExportedModel{id, given.out}),
         "model " + id + " written to " + given.out.string() + "\n");
   return kDone;
+}
+
+/// An event as a line of JSON shows it.
+struct PrintedEvent {
+  std::uint64_t seq = 0;
+  std::string time, topic;
+  json::object data;
+};
+void layout(record::Io& io, PrintedEvent& x) {
+  io("seq", x.seq);
+  io("time", x.time);
+  io("topic", x.topic);
+  io("data", x.data);
 }
 
 int print_events(const OnlineArguments& given, const json::object& params) {
@@ -60,9 +83,8 @@ int print_events(const OnlineArguments& given, const json::object& params) {
                     " may be missing: " + shown(gap.reason));
   for (std::uint64_t seen = 0; !given.count || seen < *given.count; ++seen) {
     const control::Event event = value_or_throw(client.next_event());
-    print(given.online,
-          {{"seq", event.seq}, {"time", event.time}, {"topic", event.topic}, {"data", event.data}},
-          event_line(event) + "\n");
+    const PrintedEvent printed{event.seq, event.time, event.topic, event.data};
+    print(given.online, record::to_json(printed), event_line(event) + "\n");
   }
   return kDone;
 }
@@ -219,7 +241,7 @@ std::optional<json::value> parameter_of(const Option& option) {
   return std::visit(
       [&]<class T>(T* value) -> std::optional<json::value> {
         if constexpr (std::same_as<T, bool>) {
-          return *value ? std::optional<json::value>{option.rules.flag_sends} : std::nullopt;
+          return *value ? std::optional<json::value>{true} : std::nullopt;
         } else if constexpr (std::same_as<T, std::string>) {
           return value->empty() ? std::nullopt : std::optional<json::value>{*value};
         } else if constexpr (std::same_as<T, std::filesystem::path>) {

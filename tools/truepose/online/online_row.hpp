@@ -24,19 +24,13 @@ struct OnlineArguments {
   std::string id;
   std::filesystem::path out;
   // campaign start
-  std::string kind = "calibration";
+  rpc::CampaignStart start{.rounds = {}, .tolerance_mm = {}, .poses_per_point = {}};
   std::filesystem::path targets;
-  std::optional<int> rounds, readings, cycles, identify_poses, validate_poses;
-  std::optional<double> tolerance_mm;
-  std::optional<bool> variation, remeasure;
-  std::optional<std::int64_t> seed;
   bool uncompensated = false, no_activate = false, watch = false;
-  std::optional<int> tool, base, touch, tool_poses;
-  std::vector<std::string> points;
+  std::optional<int> tool, base;
   std::filesystem::path points_file;
   std::vector<double> at, nominal, facing, orientation;
-  bool together = false;
-  std::string note;
+  std::optional<std::int64_t> seed;
   // campaign identify
   std::string non_geometric, residual, loss, prior;
   std::vector<int> harmonics;

@@ -25,6 +25,15 @@ void copy_recording(RpcClient& client, const std::string& name, const std::files
   file.take_place();
 }
 
+struct ExportedRecording {
+  std::string name;
+  std::filesystem::path file;
+};
+void layout(record::Io& io, ExportedRecording& x) {
+  io("name", x.name);
+  io("file", x.file);
+}
+
 std::string copied_text(const std::string& name, const std::string& file) {
   return "recording " + name + " written to " + file + "\n";
 }
@@ -46,7 +55,7 @@ int save_recording(const OnlineOptions& online, const std::filesystem::path& out
 int export_recording(const OnlineOptions& online, const std::string& name, const std::filesystem::path& out) {
   RpcClient client = value_or_throw(RpcClient::connect(online));
   copy_recording(client, name, out);
-  print(online, {{"name", name}, {"file", out.string()}}, copied_text(name, out.string()));
+  print(online, record::to_json(ExportedRecording{name, out}), copied_text(name, out.string()));
   return kDone;
 }
 
