@@ -2,12 +2,11 @@
 // which ran on controllers.
 #include <gmock/gmock.h>
 
-#include <functional>
 #include <pugixml.hpp>
 
 #include "config/text_file.hpp"
 #include "proto/rsi/context.hpp"
-#include "proto/rsi/lint_kinds.hpp"
+#include "tests/rsi_flaws.hpp"
 
 namespace truepose::rsi {
 namespace {
@@ -168,92 +167,14 @@ auto is_about(std::string_view code, const std::string& sentence) {
   return AllOf(Field(&Message::code, code), ResultOf(sentences, HasSubstr(sentence)));
 }
 
-struct Flaw {
-  LintKind kind;
-  const char* found;  ///< part of the sentences
-  std::function<void(Context&)> make;
-};
-
-ContextObject& object(Context& context, const std::string& type) {
-  return const_cast<ContextObject&>(*context.of_type(type));
-}
-
 TEST(ContextLint, NamesEveryFlawAlone) {
-  const auto erased = [](const char* type) {
-    return [type](Context& c) { std::erase_if(c.objects, [&](const auto& o) { return o.type == type; }); };
-  };
-  const auto set = [](const char* type, const char* parameter, const char* value) {
-    return [=](Context& c) { object(c, type).values[parameter] = value; };
-  };
-  const std::vector<Flaw> flaws{
-      {LintKind::NoAxisCorr, "no AXISCORR object", erased("AXISCORR")},
-      {LintKind::StopMissing, "no STOP object is led by Stop", erased("STOP")},
-      {LintKind::Gain, "no MAP2SEN_PINT object writes Tp.Gain", erased("MAP2SEN_PINT")},
-      {LintKind::ConfigFile,
-       "loads other.xml, not truepose_rsi_ethernet.xml. Set its ConfigFile to truepose_rsi_ethernet.xml.",
-       set("ETHERNET", "ConfigFile", "other.xml")},
-      {LintKind::Precision,
-       "ETHERNET1: Precision 1 rounds the axes to 0.1 deg (limit: Precision 4). Set Precision of",
-       set("ETHERNET", "Precision", "1")},
-      {LintKind::Timeout, "Timeout is 10 cycles (0.04 s), but stream.timeout_cycles is 100",
-       set("ETHERNET", "Timeout", "10")},
-      {LintKind::Clamp, "AXISCORR1: A2 is clamped silently to -1 .. 3 deg (stream.max_total_deg: 3 deg)",
-       set("AXISCORR", "LowerLimA2", "-1")},
-      {LintKind::Ceiling, "AXISCORRMON1: RSI stops at 3 deg of A6 (stream.max_total_deg: 3 deg). Set MaxA1",
-       set("AXISCORRMON", "MaxA6", "3")},
-      {LintKind::StopMode,
-       "STOP1: Mode is 1: the Stop bit does not just leave RSI_MOVECORR. Set Mode to 4 (ExitMoveCorr).",
-       set("STOP", "Mode", "1")},
-      {LintKind::Gain, "no MAP2SEN_PINT object writes Tp.Gain", set("MAP2SEN_PINT", "Index", "1")},
-      {LintKind::Input, "input 1, sent as Tp.Ask, is not led by $SEN_PINT[1]", set("SEN_PINT", "Index", "3")},
-      {LintKind::Input, "input 2, sent as Tp.Pro, is not led by $PRO_STATE", set("STATUS", "Type", "1")},
-      {LintKind::Input, "input 3, sent as Tp.Mode, is not led by the operating mode",
-       [](Context& c) { c.objects.at(2).values["Type"] = "2"; }},
-      {LintKind::Input, "input 4, sent as Tp.Ov, is not led by $OV_PRO",
-       [](Context& c) { object(c, "ETHERNET").inputs.at(4).object = "STATUS1"; }},
-      {LintKind::Input, "input 5, sent as Tp.Cell, is not led by $SEN_PINT[3]",
-       [](Context& c) { object(c, "ETHERNET").inputs.at(5).object = "SEN_PINT1"; }},
-      {LintKind::Input, "input 5, sent as Tp.Cell, is not led by $SEN_PINT[3]",
-       [](Context& c) { object(c, "ETHERNET").inputs.erase(5); }},
-      {LintKind::Circle,
-       "input 6 comes from AXISCORR1, which ETHERNET1 itself leads: the controller refuses such a circle",
-       [](Context& c) {
-         object(c, "ETHERNET").inputs[6] = {"AXISCORR1", 1};
-       }},
-      {LintKind::Circle, "input 6 comes from LIMIT1, which ETHERNET1 itself leads",
-       [](Context& c) {
-         c.objects.push_back({.type = "LIMIT", .id = "LIMIT1", .inputs = {{1, {"ETHERNET1", 9}}}});
-         object(c, "ETHERNET").inputs[6] = {"LIMIT1", 1};
-       }},
-      {LintKind::AxisTwice, "AXISCORR1 and AXISCORR2 both correct A3: the corrections may add up",
-       [](Context& c) {
-         c.objects.push_back({.type = "AXISCORR", .id = "AXISCORR2", .inputs = {{3, {"ETHERNET1", 3}}}});
-       }},
-      {LintKind::ExternalAxis,
-       "AXISCORREXT1: CorrE1 is led by AK.A2, which is to move an axis of the arm alone",
-       [](Context& c) {
-         c.objects.push_back(
-             {.type = "AXISCORREXT", .id = "AXISCORREXT1", .inputs = {{1, {"ETHERNET1", 2}}}});
-       }},
-      {LintKind::AxisUnwired, "nothing leads to CorrA4, which AK.A4 is to move",
-       [](Context& c) { object(c, "AXISCORR").inputs.erase(4); }},
-      {LintKind::AxisWire,
-       "CorrA1 is led by output 2 of ETHERNET1, but AK.A1 comes out of output 1 of ETHERNET1",
-       [](Context& c) { object(c, "AXISCORR").inputs[1].number = 2; }},
-  };
-  for (const Flaw& flaw : flaws) {
+  for (const ContextFlaw& flaw : context_flaws()) {
     Context context = truepose_context({});
     flaw.make(context);
     EXPECT_THAT(lint(context, shipped_ethernet(), {}),
                 ElementsAre(is_about(kind_of(flaw.kind).code, flaw.found)))
         << flaw.found;
   }
-}
-
-TEST(ContextLint, FindsOnlyThatNothingIsExchanged) {
-  Context context = truepose_context({});
-  std::erase_if(context.objects, [](const auto& o) { return o.type == "ETHERNET"; });
-  EXPECT_THAT(lint(context, shipped_ethernet(), {}), ElementsAre(is_about("L_NO_ETHERNET", "no ETHERNET")));
 }
 
 TEST(ContextLint, SaysWhatACartesianCorrectionDoes) {
@@ -280,7 +201,7 @@ TEST(ContextLint, SaysWhatACartesianCorrectionDoes) {
 
 TEST(ContextLint, KnowsTheLimitsThatHoldWhereNoneAreGiven) {
   Context context = truepose_context({.max_total_deg = 7});
-  object(context, "AXISCORR").values.clear();
+  object_of(context, "AXISCORR").values.clear();
   std::erase_if(context.objects, [](const auto& o) { return o.type == "AXISCORRMON"; });
   const auto findings = lint(context, shipped_ethernet(), {.max_total_deg = 7});
   ASSERT_EQ(findings.size(), 12U);

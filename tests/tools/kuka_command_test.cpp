@@ -2,17 +2,20 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <string_view>
 #include <utility>
 
 #include "config/text_file.hpp"
 #include "proto/rsi/context.hpp"
 #include "tests/process.hpp"
+#include "tests/rsi_flaws.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose {
 namespace {
 
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -172,6 +175,56 @@ TEST_F(KukaCommand, FindsNothingInWhatItWritesAndEveryFlawInWhatIsChanged) {
       run_program("truepose", {"kuka", "lint", (set_ / "SensorInterface/truepose_rsi.rsix").string()});
   EXPECT_EQ(alone.exit_code, 2);
   EXPECT_THAT(alone.err, HasSubstr("give the RSI ethernet configuration too"));
+}
+
+/// Of what a format of fmt makes, with any values.
+std::string pattern_of(std::string_view format) {
+  std::string pattern;
+  for (std::size_t i = 0; i < format.size(); ++i) {
+    if (format[i] == '{') {
+      pattern += "[^\n]*";
+      i = format.find('}', i);
+    } else {
+      if (std::string_view{"\\.^$|()[*+?"}.contains(format[i])) pattern += '\\';
+      pattern += format[i];
+    }
+  }
+  return pattern;
+}
+
+TEST_F(KukaCommand, LintFindsEachKindOfFlawInAnExampleAndSaysWhatToDo) {
+  ASSERT_EQ(write().exit_code, 0);
+  const std::filesystem::path files = set_ / "SensorInterface";
+  const std::string ethernet = text_of(files / "truepose_rsi_ethernet.xml");
+  std::map<rsi::LintKind, std::string> said;
+  const auto judge = [&](rsi::LintKind kind) {
+    const Finished judged = lint({"truepose_rsi_ethernet.xml", "truepose_rsi.rsix"});
+    EXPECT_EQ(judged.exit_code, 1) << judged.out << judged.err;
+    said[kind] += judged.out;
+  };
+  for (const rsi::EthernetFlaw& flaw : rsi::ethernet_flaws()) {
+    std::string text = ethernet;
+    config::write_text_file(files / "truepose_rsi_ethernet.xml",
+                            text.replace(text.find(flaw.from), flaw.from.size(), flaw.to));
+    judge(flaw.kind);
+  }
+  config::write_text_file(files / "truepose_rsi_ethernet.xml", ethernet);
+  for (const rsi::ContextFlaw& flaw : rsi::context_flaws()) {
+    rsi::Context context = rsi::truepose_context({});
+    flaw.make(context);
+    config::write_text_file(files / "truepose_rsi.rsix", context_xml(context, rsi::ContextFormat::Rsix));
+    judge(flaw.kind);
+  }
+  change("192.168.44.77", "192.168.44.78");
+  judge(rsi::LintKind::Address);
+
+  for (std::size_t i = 0; i < rsi::kLintKinds.size(); ++i) {
+    const MessageKind& kind = rsi::kLintKinds[i];
+    EXPECT_THAT(said[static_cast<rsi::LintKind>(i)],
+                ContainsRegex(pattern_of(kind.what) + "\\. " +
+                              pattern_of(with_capital(std::string{kind.what_to_do})) + "\\."))
+        << kind.code;
+  }
 }
 
 }  // namespace
