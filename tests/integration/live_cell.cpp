@@ -1,12 +1,10 @@
 #include "tests/integration/live_cell.hpp"
 
-#include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <signal.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -16,9 +14,6 @@
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
 #include <charconv>
-#include <chrono>
-#include <cstdio>
-#include <exception>
 #include <stdexcept>
 #include <thread>
 
@@ -69,45 +64,12 @@ void share_one_processor() {
   static_cast<void>(shared);
 }
 
-/// Catches what an experiment would have reported, an exception included.
-void run(const std::function<void()>& experiment, testing::TestPartResultArray& results) {
-  using Reporter = testing::ScopedFakeTestPartResultReporter;
-  const Reporter reporter{Reporter::INTERCEPT_ALL_THREADS, &results};
-  try {
-    experiment();
-  } catch (const std::exception& e) {
-    ADD_FAILURE() << "thrown: " << e.what();
-  }
-}
-
 }  // namespace
 
 std::uint16_t free_udp_port() {
   using boost::asio::ip::udp;
   boost::asio::io_context context;
   return udp::socket{context, {boost::asio::ip::address_v4::loopback(), 0}}.local_endpoint().port();
-}
-
-void in_real_time(const std::function<void()>& experiment,
-                  const std::function<std::chrono::microseconds()>& end) {
-  // The daemon says that nothing came after 0.4 s, and what is in effect is in doubt after 0.1 s.
-  constexpr std::chrono::milliseconds kLong{50};
-  for (int attempt = 1;; ++attempt) {
-    testing::TestPartResultArray results;
-    std::chrono::microseconds stood_still{0};
-    run(experiment, results);
-    run([&] { stood_still = end(); }, results);
-    if (results.size() > 0 && stood_still > kLong && attempt < 3) {
-      std::printf("failed, but this machine stood still for %.3f s meanwhile: once more\n",
-                  std::chrono::duration<double>(stood_still).count());
-      continue;
-    }
-    for (int i = 0; i < results.size(); ++i) {
-      const testing::TestPartResult& result = results.GetTestPartResult(i);
-      ADD_FAILURE_AT(result.file_name() ? result.file_name() : "", result.line_number()) << result.message();
-    }
-    return;
-  }
 }
 
 LiveCell::LiveCell(const Options& options) {
@@ -215,12 +177,6 @@ boost::json::value LiveCell::steer(const boost::json::object& line) const {
 }
 
 boost::json::value LiveCell::simulated() const { return steer({{"ask", "statistics"}}); }
-
-std::chrono::microseconds LiveCell::stood_still() {
-  const boost::json::value rsi = simulated().at("rsi");
-  const double us = std::max(number(rsi, "/longest_overrun_us"), number(rsi, "/turnaround_us/max"));
-  return std::chrono::microseconds{static_cast<std::int64_t>(us)};
-}
 
 boost::json::value LiveCell::end_simulator() {
   simulator_->terminate();

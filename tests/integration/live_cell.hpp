@@ -2,10 +2,8 @@
 
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
@@ -71,8 +69,6 @@ class LiveCell {
   boost::json::value steer(const boost::json::object& line) const;
   /// What the simulator counted so far.
   boost::json::value simulated() const;
-  /// For how long at most this machine kept the controller from sending, or its PC from answering.
-  std::chrono::microseconds stood_still();
   /// Ends the simulator. @return what it counted
   boost::json::value end_simulator();
 
@@ -100,13 +96,6 @@ class LiveCell {
 
 /// The number at a JSON pointer, which must be there.
 double number(const boost::json::value& value, const char* pointer);
-
-/// Makes an experiment about what goes wrong between a controller and its PC. A machine that keeps one of
-/// them from running is a trouble of its own, that both rightly tell of: an experiment that failed meanwhile
-/// is repeated, twice at most.
-/// @param end  of each attempt, good or bad. @return for how long the machine stood still in it
-void in_real_time(const std::function<void()>& experiment,
-                  const std::function<std::chrono::microseconds()>& end);
 
 /// Measures 12 + 6 poses and the 6 again, and activates the model. @return what the client said
 Finished small_campaign(const LiveCell& cell);

@@ -17,13 +17,12 @@ class ScriptedController {
  public:
   using Frame = std::function<std::string(std::uint64_t cycle)>;
 
-  /// @param address  from which it sends
-  ScriptedController(std::uint16_t port, Frame frame, std::string address = "127.0.0.1")
-      : thread_{[port, frame = std::move(frame), address = std::move(address)](const std::stop_token& ends) {
+  ScriptedController(std::uint16_t port, Frame frame)
+      : thread_{[port, frame = std::move(frame)](const std::stop_token& ends) {
           using boost::asio::ip::udp;
           namespace ip = boost::asio::ip;
           boost::asio::io_context io;
-          udp::socket socket{io, {ip::make_address(address), 0}};
+          udp::socket socket{io, {ip::address_v4::loopback(), 0}};
           for (std::uint64_t cycle = 1; !ends.stop_requested(); ++cycle) {
             boost::system::error_code nobody_there_yet;
             socket.send_to(boost::asio::buffer(frame(cycle)), {ip::address_v4::loopback(), port}, 0,
