@@ -191,5 +191,22 @@ TEST(TheExamplesOfTheSchema, FitIt) {
   }
 }
 
+TEST(TheCheckOfSchemas, SeesWhatDoesNotFit) {
+  const json::value document = json::parse(std::string{control::openrpc_text()});
+  const SchemaCheck check{document};
+  const json::value times = {{"$ref", "#/components/schemas/Percentiles"}};
+  EXPECT_THAT(check.of(times, {{"p50", 1}, {"p99", 1.5}, {"p999", 2}, {"max", 3}}), IsEmpty());
+  EXPECT_EQ(check.of(times, {{"p50", "1"}, {"p99", 1.5}, {"p999", 2}}).size(), 2u);
+  const json::value choice =
+      json::parse(R"({"oneOf": [{"type": "integer", "minimum": 0}, {"type": "null"}]})");
+  EXPECT_THAT(check.of(choice, 0), IsEmpty());
+  EXPECT_THAT(check.of(choice, nullptr), IsEmpty());
+  EXPECT_EQ(check.of(choice, -1).size(), 1u);
+  const json::value list = json::parse(R"({"type": "array", "minItems": 1, "items": {"enum": ["a", "b"]}})");
+  EXPECT_THAT(check.of(list, {"a", "b"}), IsEmpty());
+  EXPECT_EQ(check.of(list, {"a", "c"}).size(), 1u);
+  EXPECT_EQ(check.of(list, json::array{}).size(), 1u);
+}
+
 }  // namespace
 }  // namespace truepose

@@ -1,5 +1,8 @@
 #include "daemon/cell/model_service.hpp"
 
+#include "config/model_file.hpp"
+#include "core/arm/forward.hpp"
+#include "core/math/units.hpp"
 #include "tests/daemon/cell_fixture.hpp"
 
 namespace truepose::daemon {
@@ -154,6 +157,24 @@ TEST_F(TargetServiceTest, GivesJointsForJointsAndForPosesOfTheFlange) {
   EXPECT_LT(of_joints.at_pointer("/residual_deg/1").to_number<double>(), 1e-6);
   const json::value of_pose = compensated({{"poses", {{1700, 0, 1500, 0, 60, 0}}}, {"model_id", "m2"}});
   EXPECT_GT(of_pose.at_pointer("/iterations/0").as_int64(), 0);
+}
+
+TEST_F(TargetServiceTest, KeepsTheTcpOfAStretchedWristWithinTheThresholdOfTheCell) {
+  config.stream.singularity_threshold_deg = 5;
+  config.stream.p_FT_mm = {{0, 0, 300}};
+  const json::value found = compensated({{"joints", {{0, -90, 90, 0, 0, 0}, {0, -90, 90, 0, 10, 0}}}});
+  EXPECT_EQ(control::json_text(found.at("damped")), "[true,false]");
+  JointVector asked(6), q(6);
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    asked[i] = std::array{0, -90, 90, 0, 0, 0}[static_cast<std::size_t>(i)] * kRadPerDeg;
+    q[i] = found.at_pointer("/joints/0/" + std::to_string(i)).to_number<double>() * kRadPerDeg;
+  }
+  const std::string yaml = call("model.export")->at("yaml").as_string().c_str();
+  const RobotModel real = config::parse_model(yaml, "exported").cell.robot;
+  const auto tcp_mm = [this](const RobotModel& arm, const JointVector& at) -> Eigen::Vector3d {
+    return forward_kinematics(arm, at) * *config.stream.p_FT_mm;
+  };
+  EXPECT_LT((tcp_mm(real, q) - tcp_mm(config.robot.model, asked)).norm(), 1e-5);
 }
 
 TEST_F(TargetServiceTest, NamesTheRowThatCannotBeReached) {
