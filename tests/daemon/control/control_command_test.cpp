@@ -448,6 +448,19 @@ TEST_F(ControlCommands, AreNotDoneWhileTheirTrailIsGoneAndItIsPutBackWithTheName
   EXPECT_EQ(report->end.count, 2 + 2 * (1 + 4 + 2 + 2)) << "nothing of it is lost";
 }
 
+TEST_F(ControlCommands, OfATrailThatWasChangedMeanwhileStandAsAFaultUntilAnAdminAcknowledgesIt) {
+  EXPECT_EQ(session(serve(), "Anna")->code("cell.connect"), 0);
+  end_server();
+  std::string changed = text_of(audit_file());
+  changed[changed.find("Anna")] = 'H';
+  std::ofstream{audit_file()} << changed;
+  Client admin{serve()};
+  admin.hello();
+  on_loop([this] { EXPECT_THAT(counting_.standing.at("E_AUDIT"), HasSubstr("record 1 was changed")); });
+  EXPECT_EQ(admin.code("audit.acknowledge", {{"name", "Anna Beer"}}), 0);
+  on_loop([this] { EXPECT_FALSE(counting_.standing.contains("E_AUDIT")); });
+}
+
 TEST_F(ControlCommands, ThatStopSomethingAreDoneOnAFullDiskAndPutOnRecordWhenThereIsRoom) {
   const auto port = serve();
   const auto anna = session(port, "Anna"), chef = session(port, "Chef");
