@@ -5,12 +5,10 @@
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
-#include <fstream>
 #include <set>
 
 #include "proto/control/json_text.hpp"
 #include "tests/daemon/page.hpp"
-#include "tests/integration/campaign_events.hpp"
 #include "tests/integration/live_cell.hpp"
 #include "tests/integration/sqlite_rows.hpp"
 #include "tests/report_schema.hpp"
@@ -21,6 +19,22 @@ namespace {
 namespace json = boost::json;
 using testing::AllOf;
 using testing::HasSubstr;
+
+/// What the daemon answers. @throws std::runtime_error where it refuses
+json::value called(tools::RpcClient& client, const std::string& method, const json::object& params = {}) {
+  auto result = client.call(method, params);
+  if (!result) throw std::runtime_error{result.error().message};
+  return *std::move(result);
+}
+
+std::vector<control::Event> events_until_the_end(tools::RpcClient& client) {
+  for (std::vector<control::Event> events;;) {
+    auto event = client.next_event();
+    if (!event) throw std::runtime_error{event.error().message};
+    events.push_back(*std::move(event));
+    if (events.back().topic == "campaign" && events.back().data.at("phase") == "done") return events;
+  }
+}
 
 bool is_stored_point(const control::Event& event) {
   return event.topic == "measurement" && !event.data.at("p_mm").is_null();
@@ -91,7 +105,7 @@ TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivate
   EXPECT_TRUE(status.at_pointer("/model/active").as_bool());
   EXPECT_EQ(status.at_pointer("/model/robot_serial"), "210001");
 
-  const std::vector<control::Event> events = events_until(client, is_end_of_campaign);
+  const std::vector<control::Event> events = events_until_the_end(client);
   std::uint64_t last_seq = 0;
   std::int64_t last_done = 0;
   int points = 0;
@@ -171,75 +185,6 @@ TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndGoesOnWithTheCampaign) 
   EXPECT_EQ(report.at_pointer("/identify/points"), 12);
   EXPECT_LT(number(report, "/remeasured/mean"), number(report, "/validate/before/mean") / 5);
   EXPECT_TRUE(called(again, "cell.status").at_pointer("/model/active").as_bool());
-}
-
-TEST(ADriftCheckOverTheRealProtocols, JudgesTheActiveModelByAFewPosesOnly) {
-  LiveCell cell{{.speedup = 1000}};
-  cell.start_daemon();
-  const Finished without = cell.truepose({"drift"});
-  EXPECT_EQ(without.exit_code, 1);
-  EXPECT_THAT(without.err, testing::HasSubstr("no model is active"));
-  ASSERT_EQ(small_campaign(cell).exit_code, 0);
-  tools::RpcClient client = cell.client();
-  const json::value report = called(client, "report.get").at("id");
-
-  const Finished checked = cell.truepose({"drift", "--update", "--json"});
-  EXPECT_EQ(checked.exit_code, 0) << checked.err << checked.out << cell.daemon().errors();
-  const auto document = control::parse_json(checked.out);
-  ASSERT_TRUE(document) << checked.out;
-  EXPECT_EQ(document->at("points").as_array().size(), 5u);
-  EXPECT_EQ(document->at("parameters"), "uncertain");
-  EXPECT_NE(document->at("verdict"), "failed") << checked.out;
-  EXPECT_EQ(document->at_pointer("/update/offered"), false) << "nothing moved";
-
-  const json::value list = called(client, "campaign.list");
-  EXPECT_EQ(list.at_pointer("/campaigns/0/kind"), "drift");
-  EXPECT_EQ(list.at_pointer("/campaigns/1/kind"), "calibration");
-  EXPECT_EQ(called(client, "campaign.get").at_pointer("/drift/verdict"), document->at("verdict"));
-  EXPECT_EQ(called(client, "report.get").at("id"), report) << "a drift check is no calibration to report";
-  EXPECT_TRUE(called(client, "cell.status").at_pointer("/model/active").as_bool());
-}
-
-TEST(ATargetsCampaignOverTheRealProtocols, FindsJointsAndHandsThemOut) {
-  LiveCell cell{{.speedup = 1000}};
-  cell.start_daemon();
-  const Finished without = cell.truepose({"campaign", "start", "--kind", "targets"});
-  EXPECT_EQ(without.exit_code, 1);
-  EXPECT_THAT(without.err, AllOf(HasSubstr("-32003"), HasSubstr("no model is active")));
-  ASSERT_EQ(small_campaign(cell).exit_code, 0);
-
-  const Finished run = cell.truepose({"campaign", "start", "--kind", "targets", "--validate", "3", "--rounds",
-                                      "4", "--tolerance", "0.05", "--readings", "2", "--watch"});
-  ASSERT_EQ(run.exit_code, 0) << run.err << run.out << cell.daemon().errors();
-  EXPECT_THAT(run.out, AllOf(HasSubstr("correcting"), HasSubstr("TARGET  REACHED")));
-  tools::RpcClient client = cell.client();
-  const json::value found = called(client, "campaign.get");
-  EXPECT_EQ(found.at_pointer("/campaign/kind"), "targets");
-  const json::array& targets = found.at_pointer("/targets/targets").as_array();
-  ASSERT_EQ(targets.size(), 3u);
-  for (const json::value& target : targets) {
-    EXPECT_TRUE(target.at("reached").as_bool()) << target;
-    EXPECT_EQ(target.at("joints_deg").as_array().size(), 6u);
-  }
-  const json::value points = called(client, "campaign.get", {{"points_limit", 1}});
-  EXPECT_EQ(points.at_pointer("/points/0/purpose"), "target");
-  EXPECT_TRUE(called(client, "cell.status").at_pointer("/model/active").as_bool()) << "as it was before";
-
-  // What was found can be asked for again: the joints are a file of targets.
-  const std::filesystem::path joints = cell.folder() / "joints.csv";
-  EXPECT_EQ(cell.truepose({"campaign", "show", "--joints", joints.string()}).exit_code, 0);
-  EXPECT_THAT(text_of(joints), testing::StartsWith("q1,q2,q3,q4,q5,q6,residual_mm\n"));
-  const Finished again =
-      cell.truepose({"campaign", "start", "--kind", "targets", "--targets", joints.string(), "--rounds", "1",
-                     "--tolerance", "5", "--watch", "--json"});
-  EXPECT_EQ(again.exit_code, 0) << again.err << cell.daemon().errors();
-  EXPECT_EQ(called(client, "campaign.get").at_pointer("/targets/reached"), 3);
-
-  std::ofstream{cell.folder() / "far.csv"} << "x,y,z,a,b,c\n9000,0,0,0,0,0\n";
-  const Finished far = cell.truepose(
-      {"campaign", "start", "--kind", "targets", "--targets", (cell.folder() / "far.csv").string()});
-  EXPECT_EQ(far.exit_code, 2);
-  EXPECT_THAT(far.err, HasSubstr("params.poses[0]: cannot be reached"));
 }
 
 TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile) {

@@ -35,17 +35,6 @@ void expect_one_line(const Finished& refused, int exit_code) {
   EXPECT_EQ(refused.out, "");
 }
 
-TEST(TheDaemon, NamesWhoHoldsItsControlPort) {
-  asio::io_context context;
-  const tcp::acceptor holder{context, {kLoopback, 0}};
-  const std::string port = std::to_string(holder.local_endpoint().port());
-  const LiveCell cell{{.cell = {{"listen: 127.0.0.1:0", "listen: 127.0.0.1:" + port}}}};
-  const Finished refused = run_daemon(cell);
-  expect_one_line(refused, 3);
-  EXPECT_THAT(refused.err, AllOf(HasSubstr("control.listen"), HasSubstr(port),
-                                 HasSubstr("(process " + std::to_string(getpid()) + ")")));
-}
-
 TEST(TheDaemon, NamesWhoHoldsItsRsiPort) {
   LiveCell cell;
   cell.start_daemon();
@@ -134,15 +123,6 @@ TEST(TheDaemon, TellsNothingOfItsLifeToAServiceManagerThatDoesNotAsk) {
   EXPECT_EQ(cell.daemon().wait(), 0);
 }
 
-TEST(TheDaemon, ChecksItsFilesWithoutStarting) {
-  const LiveCell cell;
-  const Finished checked = run_daemon(cell, {"--check"});
-  EXPECT_EQ(checked.exit_code, 0) << checked.err;
-  EXPECT_EQ(checked.err, "");
-  EXPECT_THAT(checked.out, HasSubstr("cell.yaml: good"));
-  EXPECT_FALSE(std::filesystem::exists(cell.store_file()));
-}
-
 TEST(TheDaemon, EndsWithTheSameCodeWhetherItStartsOrChecksItsFiles) {
   const LiveCell cell{{.cell = {{"  #tls:", "  tls:"},
                                 {"  #  listen: 0.0.0.0:7211", "    listen: 127.0.0.1:0"},
@@ -158,47 +138,6 @@ TEST(TheDaemon, EndsWithTheSameCodeWhetherItStartsOrChecksItsFiles) {
       << "a certificate that has expired: by the clock, which may be put right";
   std::filesystem::remove(cell.token_file());
   EXPECT_EQ(ends(), (std::pair{2, 2})) << "a further mistake, which the operator has to fix";
-}
-
-TEST(TheDaemon, RefusesAStoreInAFolderThatCannotBeWrittenAndSaysWhatToDo) {
-  const LiveCell cell{{.cell = {{"store: demo.sqlite", "store: token/demo.sqlite"}}}};
-  const Finished refused = run_daemon(cell);
-  expect_one_line(refused, 2);
-  EXPECT_THAT(refused.err, HasSubstr(cell.token_file().string() +
-                                     ": the store's folder cannot be written: Not a directory; give `store` "
-                                     "a folder that can be"));
-}
-
-TEST(TheDaemon, RunsWithoutAFolderForItsRecordingsAndSaysWhatToDo) {
-  LiveCell cell{{.cell = {{"#folder: recordings", "folder: token"}}}};
-  const std::string sentence = "recording.folder: " + cell.token_file().string() +
-                               " cannot be written by this user (Not a directory): give a folder that can be";
-  const Finished checked = run_daemon(cell, {"--check"});
-  EXPECT_EQ(checked.exit_code, 0) << checked.err;
-  EXPECT_THAT(checked.out, HasSubstr("warning  " + sentence + ", or faults leave no recording\n"));
-  cell.start_daemon();
-  const Finished refused = cell.truepose({"recording", "save"});
-  expect_one_line(refused, 1);
-  EXPECT_THAT(refused.err, HasSubstr(sentence));
-}
-
-TEST(TheDaemon, RefusesAnUnknownKeyAndSaysWhereItStands) {
-  const LiveCell cell{{.cell = {{"  ramp_ms: 1000", "  ramp_m: 1000"}}}};
-  const Finished refused = run_daemon(cell);
-  expect_one_line(refused, 2);
-  EXPECT_THAT(refused.err, AllOf(testing::ContainsRegex("cell.yaml:[0-9]+"), HasSubstr("ramp_m")));
-}
-
-TEST(TheDaemon, RefusesBadUsageInOneLineAndHelps) {
-  for (const std::vector<std::string>& usage : std::vector<std::vector<std::string>>{
-           {}, {"--config"}, {"--nonsense"}, {"--config", "cell.yaml", "more"}}) {
-    const Finished refused = run_program("trueposed", usage);
-    EXPECT_EQ(refused.exit_code, 2);
-    EXPECT_THAT(refused.err, testing::EndsWith("; --help shows the options\n"));
-    EXPECT_EQ(std::ranges::count(refused.err, '\n'), 1) << refused.err;
-  }
-  EXPECT_THAT(run_program("trueposed", {"--help"}).out, HasSubstr("--config FILE"));
-  EXPECT_THAT(run_program("trueposed", {"--version"}).out, testing::StartsWith("trueposed "));
 }
 
 }  // namespace

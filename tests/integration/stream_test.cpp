@@ -68,36 +68,21 @@ void stall(const Process& program, int cycles) {
   }}.join();
 }
 
-/// A cell with a model that a campaign over the real protocols has made.
-class AStreamOverTheRealProtocols : public testing::Test {
+/// A stream of a cell with a model that a campaign over the real protocols has made, and a client that is
+/// notified.
+class AStreamUnderWay : public testing::Test {
  protected:
-  explicit AStreamOverTheRealProtocols(const LiveCell::Options& options = {.speedup = 1000})
-      : cell{options} {}
   void SetUp() override {
     cell.start_daemon();
     const Finished campaign = small_campaign(cell);
     ASSERT_EQ(campaign.exit_code, 0) << campaign.err << cell.daemon().errors();
-  }
-  /// "start" or "stop".
-  void order_stream(const std::string& what) {
-    const Finished ordered = cell.truepose({"stream", what});
-    ASSERT_EQ(ordered.exit_code, 0) << what << ": " << ordered.err << cell.daemon().errors();
-  }
-
-  LiveCell cell;
-};
-
-/// A stream that runs, and a client that is notified.
-class AStreamUnderWay : public AStreamOverTheRealProtocols {
- protected:
-  AStreamUnderWay() : AStreamOverTheRealProtocols{{.speedup = 1000, .patient = true}} {}
-  void SetUp() override {
-    ASSERT_NO_FATAL_FAILURE(AStreamOverTheRealProtocols::SetUp());
     client.emplace(cell.client());
     ASSERT_TRUE(client->call("events.subscribe", {{"topics", json::array{"stream", "fault"}}}));
-    ASSERT_NO_FATAL_FAILURE(order_stream("start"));
+    const Finished started = cell.truepose({"stream", "start"});
+    ASSERT_EQ(started.exit_code, 0) << started.err << cell.daemon().errors();
   }
 
+  LiveCell cell{{.speedup = 1000, .patient = true}};
   std::optional<tools::RpcClient> client;
 };
 
@@ -161,18 +146,6 @@ TEST_F(AStreamUnderWay, SurvivesItsLogAndRampsOutWhenItsTerminalIsClosed) {
   const json::value end = cell.end_simulator().at("rsi");
   EXPECT_EQ(number(end, "/correction_at_end_deg"), 0) << "a correction was left in force";
   EXPECT_LE(number(end, "/max_step_deg"), kMaxStep_deg);
-}
-
-TEST_F(AStreamOverTheRealProtocols, IsStoppedByTheClientWithoutAStepAndCanBeStartedAgain) {
-  for (int session = 1; session <= 2; ++session) {
-    ASSERT_NO_FATAL_FAILURE(order_stream("start"));
-    ASSERT_NO_FATAL_FAILURE(order_stream("stop"));
-    const json::value rsi = cell.simulated().at("rsi");
-    EXPECT_EQ(rsi.at("sessions"), session);
-    EXPECT_EQ(rsi.at("timeouts"), 0);
-    EXPECT_EQ(number(rsi, "/correction_at_end_deg"), 0);
-    EXPECT_LE(number(rsi, "/max_step_deg"), kMaxStep_deg);
-  }
 }
 
 }  // namespace

@@ -17,7 +17,6 @@
 #include "tests/core/plain_kinematics.hpp"
 #include "tests/daemon/jogging_hand.hpp"
 #include "tests/integration/live_cell.hpp"
-#include "tests/temp_folder.hpp"
 
 namespace truepose {
 namespace {
@@ -138,46 +137,6 @@ TEST_F(AToolCampaignOverTheRealProtocols, FindsTheTcpAndSaysOfItWhatTheCommandSa
   const json::object target{{"joints", json::array(1, json::array{0, -90, 90, 0, 35, 0})}, {"tool", 3}};
   EXPECT_EQ(called("targets.compensate", target).at("joints").as_array().size(), 1U);
   EXPECT_THAT(run({"tools", "list"}).out, HasSubstr("campaign " + id));
-}
-
-/// Stays where it is corrected and has not moved yet. Its TOOL_DATA[3] is 10 mm from the tool.
-std::string program_that_stays() {
-  static const TempFolder folder;
-  return folder.write(
-      "gluing.src",
-      "DEF GLUING()\nTOOL_DATA[3]={X 35.0,Y -70.0,Z 255.0,A 15.0,B -20.0,C 40.0}\n"
-      "BAS(#INITMOV,0)\nBAS(#TOOL,3)\nBAS(#BASE,0)\n"
-      "PTP {A1 0.0,A2 -80.0,A3 105.0,A4 5.0,A5 60.0,A6 0.0}\nTP_BEGIN()\nWAIT FOR FALSE\nEND\n");
-}
-
-class AToolOfAProgram : public AToolCampaignOverTheRealProtocols {
- protected:
-  AToolOfAProgram()
-      : AToolCampaignOverTheRealProtocols(
-            LiveCell::Options{.speedup = 1000,
-                              .scenario = {{kShipped + ".src, " + kShipped + ".dat", program_that_stays()}},
-                              .patient = true}) {}
-
- private:
-  static inline const std::string kShipped = TRUEPOSE_SOURCE_DIR "/config/scenarios/gluing";
-};
-
-TEST_F(AToolOfAProgram, IsAFindingBeforeTheProgramMovesWhereTheControllerHasAnotherFrame) {
-  calibrate("14");
-  put_reflector_at({0, 0, 0});
-  ASSERT_EQ(run({"campaign", "start", "--tool", "3", "--watch"}).exit_code, 0);
-  const std::string id = std::string{called("campaign.get").at_pointer("/campaign/id").as_string()};
-  ASSERT_EQ(run({"tools", "activate", id}).exit_code, 0);
-  ASSERT_EQ(run({"stream", "arm"}).exit_code, 0);
-  ASSERT_EQ(cell_.steer({{"kind", "program-select"}, {"program", "GLUING"}}), json::value({{"ok", true}}));
-  json::value now;
-  const auto corrected = [&] {
-    now = called("cell.status");
-    return now.at_pointer("/stream/state") == "correcting";
-  };
-  await("the program is corrected", corrected, [&] { return json::serialize(now); });
-  EXPECT_EQ(now.at("state"), "armed");
-  EXPECT_THAT(json::serialize(now.at("faults")), HasSubstr("the controller's frame of tool 3 is 10."));
 }
 
 /// A fixture near the arm, with a reflector at each of three points.
