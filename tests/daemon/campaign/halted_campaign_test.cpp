@@ -65,25 +65,6 @@ TEST_F(HaltedCampaignTest, WaitsForADeviceAsLongAsItIsAwayAndSaysWhyOnce) {
             1);
 }
 
-TEST_F(HaltedCampaignTest, IsBackWithinTwoSecondsAfterTheDeviceIs) {
-  start();
-  TimePoint away_until;
-  observer.at_point = [&](const StoredPoint& point) {
-    if (point.pose != 3) return;
-    robot->disconnect();
-    robot->leave(1h);
-    away_until = clock.now() + 1h;
-  };
-  std::optional<Duration> took;
-  observer.at_waiting = [&](CellDevice device, const std::string& reason) {
-    if (away_until > TimePoint{} && device == CellDevice::Controller && reason.empty() && !took)
-      took = clock.now() - away_until;
-  };
-  ASSERT_TRUE(go_on());
-  ASSERT_TRUE(took);
-  EXPECT_LT(*took, 2s);
-}
-
 TEST_F(HaltedCampaignTest, PausesBeforeTheNextPoseAndGoesOn) {
   start();
   observer.at_point = [this](const StoredPoint& point) {

@@ -112,7 +112,9 @@ TEST_F(InterruptedCampaignTest, EndsACampaignThatWasInterruptedWhereNobodyWantsI
 TEST_F(InterruptedCampaignTest, StaysInterruptedAndSaysWhyWhereItCannotGoOn) {
   const std::string id = interrupted();
   execute("UPDATE campaign SET robot_serial='4711' WHERE state='interrupted'");
+  const JointVector stands = mock.q();
   play([this, id]() -> Wait { co_await resumed(id); });
+  EXPECT_EQ(mock.q(), stands);
   const json::value campaign = call("campaign.get", {{"id", id}}).value();
   EXPECT_EQ(campaign.at_pointer("/campaign/state"), "interrupted");
   EXPECT_THAT(string_at(campaign, "/campaign/reason"), HasSubstr("it did not resume: another arm"));

@@ -224,16 +224,6 @@ TEST_F(ResumedCampaignTest, MeasuresNestsAgainAndGoesByThem) {
   EXPECT_EQ(checks, 3 + 8) << "the nests and eight poses";
 }
 
-TEST_F(ResumedCampaignTest, RefusesAnotherArmBeforeItMovesAndStaysInterrupted) {
-  auto past = std::make_shared<CampaignPast>(*cut_at_point(10));
-  past->record.robot_serial = "4711";
-  const CampaignError error = refused(past);
-  EXPECT_EQ(error.fault, CampaignFault::WrongArm);
-  EXPECT_TRUE(error.interrupted);
-  EXPECT_THAT(error.detail, HasSubstr("another arm: the campaign was begun with serial number 4711"));
-  EXPECT_EQ(cell->q(), truth.q_start);
-}
-
 TEST_F(ResumedCampaignTest, StaysInterruptedWhereNoMotionOfTheTrackerExplainsWhatIsSeen) {
   const Past past = cut_at_point(20);
   truth.truth.p_FS_mm += Eigen::Vector3d{1.5, -2, 0.5};
@@ -335,19 +325,6 @@ TEST_F(ResumedCampaignTest, AnOperatorMayAbortOneThatGoesOn) {
   const CampaignError error = refused(past);
   EXPECT_EQ(error.fault, CampaignFault::Aborted);
   EXPECT_FALSE(error.interrupted);
-}
-
-TEST_F(ResumedCampaignTest, IsInterruptedAndNotAbortedWhereTheDaemonIsStopped) {
-  observer.at_point = [this](const StoredPoint& point) {
-    if (point.pose == 5) campaign->interrupt("the daemon was stopped");
-  };
-  start();
-  ASSERT_TRUE(go_on());
-  ASSERT_FALSE(*outcome);
-  EXPECT_TRUE(outcome->error().interrupted);
-  EXPECT_FALSE(cell->moving());
-  observer.at_point = {};
-  go_on_with(journal.past());
 }
 
 TEST_F(ResumedCampaignTest, DrivesToTheTargetsThatAreLeft) {

@@ -1,5 +1,3 @@
-#include <set>
-
 #include "tests/daemon/campaign_service_fixture.hpp"
 
 namespace truepose::daemon {
@@ -85,20 +83,6 @@ TEST_F(TroubledCampaignTest, NoticesATrackerThatIsLostWhileItIsPaused) {
   EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
 }
 
-TEST_F(TroubledCampaignTest, SaysWhichDevicesAreConnectedFromTheFirstOnes) {
-  play([this]() -> Wait {
-    co_await under_way(1s);
-    Answer now = co_await ask("cell.status");
-    EXPECT_EQ(now->at_pointer("/robot/connected"), true);
-    EXPECT_EQ(now->at_pointer("/robot/serial"), "MOCK-0001");
-    EXPECT_EQ(now->at_pointer("/tracker/connected"), false);
-    co_await pass(1min);
-    now = co_await ask("cell.status");
-    EXPECT_EQ(now->at_pointer("/tracker/connected"), true);
-    co_await ask("campaign.abort");
-  });
-}
-
 TEST_F(TroubledCampaignTest, AStoreThatFailsIsAFaultUntilItIsAcknowledged) {
   play([this]() -> Wait {
     co_await under_way();
@@ -109,70 +93,6 @@ TEST_F(TroubledCampaignTest, AStoreThatFailsIsAFaultUntilItIsAcknowledged) {
   EXPECT_THAT(fault(), AllOf(HasSubstr("store: "), HasSubstr("no such table")));
   EXPECT_EQ(call("cell.acknowledge")->at("state"), "disconnected");
 }
-
-TEST_F(TroubledCampaignTest, PausesItselfWhereSomebodyStandsInTheBeam) {
-  play([this]() -> Wait {
-    co_await under_way();
-    mock.use_faults({.beam_broken = 1});
-    co_await pass(5min);
-    const Answer now = co_await ask("cell.status");
-    EXPECT_EQ(now->at("state"), "paused");
-    EXPECT_THAT(string_at(*now, "/state_text"), HasSubstr("2 poses in a row could not be measured"));
-    mock.use_faults({});
-    co_await ask("campaign.resume");
-    co_await campaign_ended();
-  });
-  EXPECT_EQ(call("campaign.get")->at_pointer("/campaign/state"), "done");
-}
-
-/// What goes wrong, and whom the log blames.
-struct Trouble {
-  const char* kind;
-  double drivers::MockFaults::*probability;
-  const char* blamed;
-};
-
-void PrintTo(const Trouble& trouble, std::ostream* out) { *out << trouble.kind; }
-
-struct ACampaignInTrouble : TroubledCampaignTest, testing::WithParamInterface<Trouble> {};
-
-TEST_P(ACampaignInTrouble, EndsAndEveryPoseHasItsPointOrAReason) {
-  int complaints = 0;
-  read_log([&](LogLevel, std::string_view line) { complaints += line.contains(GetParam().blamed); });
-  drivers::MockFaults faults;
-  faults.*GetParam().probability = 0.2;
-  mock.use_faults(faults);
-  play([this]() -> Wait {
-    co_await ask("campaign.start");
-    for (Answer now = co_await ask("cell.status"); !now->at("campaign").is_null();
-         now = co_await ask("cell.status")) {
-      // Where the beam stays away the campaign waits for somebody who has looked at the cell.
-      if (now->at("state") == "paused") co_await ask("campaign.resume");
-      co_await pass(1s);
-    }
-  });
-  read_log({});
-  EXPECT_GT(complaints, 0);
-  const json::value found = call("campaign.get", {{"points_limit", 100}}).value();
-  EXPECT_EQ(found.at_pointer("/campaign/state"), "done");
-  std::set<std::int64_t> poses;
-  for (const json::value& point : found.at("points").as_array()) poses.insert(point.at("pose").as_int64());
-  for (const json::value& skipped : found.at("skipped").as_array()) {
-    EXPECT_NE(skipped.at("reason"), "");
-    poses.insert(skipped.at("pose").as_int64());
-  }
-  EXPECT_GE(poses.size(), 28U) << "planned ones, and a substitute for each that was given up";
-  EXPECT_EQ(*poses.rbegin(), static_cast<std::int64_t>(poses.size())) << "a pose has neither";
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    OfEveryKind, ACampaignInTrouble,
-    testing::Values(Trouble{"BeamBreak", &drivers::MockFaults::beam_broken, "tracker: the beam was broken"},
-                    Trouble{"TrackerRestart", &drivers::MockFaults::tracker_restart, "tracker: "},
-                    Trouble{"EkiDrop", &drivers::MockFaults::robot_lost, "robot: "},
-                    Trouble{"ControllerRestart", &drivers::MockFaults::robot_restart, "robot: "},
-                    Trouble{"NoTarget", &drivers::MockFaults::no_target, "tracker: no reflector"}),
-    [](const auto& kind) { return kind.param.kind; });
 
 }  // namespace
 }  // namespace truepose::daemon

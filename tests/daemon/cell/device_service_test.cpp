@@ -74,20 +74,6 @@ TEST_F(DeviceServiceTest, IsAFaultWhereTheControllerCannotBeReachedUntilThatIsAc
   EXPECT_EQ(fault(), "");
 }
 
-TEST_F(DeviceServiceTest, RefusesAnArmWhoseKinematicsAreAnothers) {
-  config.robot.model.joints[0].d_mm += 30;
-  EXPECT_THAT(refused("cell.connect"),
-              testing::AllOf(HasSubstr("wrong arm or wrong robot file"), HasSubstr("30.00 mm")));
-  EXPECT_EQ(status().at("state"), "fault");
-}
-
-TEST_F(DeviceServiceTest, RefusesAnArmWhoseControllerNamesAnother) {
-  config.robot.expect_model = "KR16R1610";
-  EXPECT_THAT(refused("cell.connect"),
-              testing::AllOf(HasSubstr("wrong arm"), HasSubstr("#KR210R2700_2"), HasSubstr("KR16R1610")));
-  EXPECT_EQ(status().at("state"), "fault");
-}
-
 TEST_F(DeviceServiceTest, NoticesWithinSecondsThatADeviceOfAReadyCellIsGone) {
   for (const bool is_robot : {true, false}) {
     play([&]() -> Wait {

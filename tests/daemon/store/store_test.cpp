@@ -317,6 +317,20 @@ TEST_F(StoreTest, SaysWhyAFileCannotBeItsOwn) {
   EXPECT_THAT(why_not_opened(file_), HasSubstr("another program"));
 }
 
+TEST_F(StoreTest, FindsADamagedFileWhenItOpens) {
+  {
+    Store store = open();
+    ASSERT_TRUE(store.begin_campaign(campaign("c1")));
+    for (int pose = 0; pose < 100; ++pose) ASSERT_TRUE(store.add_point("c1", point(pose)));
+  }
+  const auto size = std::filesystem::file_size(file_);
+  std::fstream bytes{file_, std::ios::in | std::ios::out | std::ios::binary};
+  bytes.seekp(static_cast<std::streamoff>(size / 2));
+  bytes << std::string(size / 4, '\x5a');
+  bytes.close();
+  EXPECT_NE(why_not_opened(file_), "");
+}
+
 TEST_F(StoreTest, KeepsCampaignsAndPointsOfEveryKind) {
   Store store = open();
   for (const char* kind : {"calibration", "drift", "targets", "iso9283", "tool", "base"}) {

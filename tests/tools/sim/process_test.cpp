@@ -19,8 +19,6 @@
 
 #include "proto/eki/document_splitter.hpp"
 #include "proto/eki/messages.hpp"
-#include "proto/rsi/ethernet_config.hpp"
-#include "proto/rsi/frame_codec.hpp"
 #include "tests/simulator_process.hpp"
 #include "tests/tools/sim/eki_axes.hpp"
 #include "tests/tools/sim/kr210.hpp"
@@ -137,70 +135,6 @@ TEST_F(SimulatorTest, MovesTheArmAndEndsCleanlyOnSigterm) {
   EXPECT_EQ(report.at("truth"), boost::json::parse(text_of(folder_.path() / "truth.json")));
   EXPECT_EQ(report.at("truth").at("links").as_array().size(), 6u);
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "ready.json"));
-}
-
-TEST_F(SimulatorTest, StreamsUntilTheStopBitAndCountsEveryCycle) {
-  scenario();
-  SimulatorProcess simulator{folder_, arguments()};
-  EkiClient motion{ports(simulator).at("eki_port").as_int64()};
-  motion.next();
-  motion.send(eki::Command{.id = 1, .type = eki::CommandType::StartRsi, .axes_rad = {}});
-
-  const rsi::SensorFrameCodec codec{rsi::parse_ethernet_config(text_of(kEthernetXml)).value()};
-  std::array<char, 65536> received;
-  std::array<char, rsi::kMaxFrameBytes> buffer;
-  const int cycles = 50;
-  for (int cycle = 1; cycle <= cycles; ++cycle) {
-    udp::endpoint controller;
-    const std::size_t size = pc_.receive_from(asio::buffer(received), controller);
-    rsi::SensorFrame reply;
-    reply.ipoc = rsi::decode_robot_frame({received.data(), size}).value().ipoc;
-    reply.axis_correction_rad = rsi::Axes{0.01 * kRadPerDeg};
-    reply.stop = cycle == cycles;
-    pc_.send_to(asio::buffer(codec.encode(reply, buffer).value()), controller);
-  }
-  EXPECT_EQ(motion.ack().state, eki::AckState::Moving);
-  // On a crowded machine the last reply may be late; then there is none after it, RSI times out, and somebody
-  // starts the program again, which comes to its end too.
-  EXPECT_EQ(motion.ack().state, eki::AckState::InPosition);
-
-  simulator.terminate();
-  EXPECT_EQ(simulator.wait(), 0);
-  const auto rsi = boost::json::parse(simulator.output()).at("rsi");
-  const auto count = [&rsi](const char* name) { return rsi.at(name).to_number<int>(); };
-  EXPECT_GE(count("cycles"), cycles);
-  EXPECT_EQ(count("answered") + count("late") + count("lost"), count("cycles"));
-  EXPECT_EQ(count("answered") + count("late"), cycles);
-  EXPECT_EQ(count("wrong_ipoc"), 0);
-  EXPECT_EQ(count("sessions"), 1);
-  EXPECT_NEAR(rsi.at("max_step_deg").as_double(), 0.01, 1e-9);
-  EXPECT_NEAR(rsi.at("correction_at_end_deg").as_double(), 0.01, 1e-9);
-  EXPECT_EQ(rsi.at("correction_deg").to_number<double>(), 0) << "none is in effect after RSI_OFF";
-}
-
-TEST_F(SimulatorTest, NamesOnceWhatAControllerIgnoresInTheReplies) {
-  scenario();
-  SimulatorProcess simulator{folder_, arguments()};
-  EkiClient motion{ports(simulator).at("eki_port").as_int64()};
-  motion.next();
-  motion.send(eki::Command{.id = 1, .type = eki::CommandType::StartRsi, .axes_rad = {}});
-  std::array<char, 65536> received;
-  for (int cycle = 1; cycle <= 20; ++cycle) {
-    udp::endpoint controller;
-    const std::size_t size = pc_.receive_from(asio::buffer(received), controller);
-    const std::string ipoc = std::to_string(rsi::decode_robot_frame({received.data(), size}).value().ipoc);
-    pc_.send_to(asio::buffer("<Sen Type=\"TruePose\"><AKorr A1=\"1\"/><IPOC>" + ipoc + "</IPOC></Sen>"),
-                controller);
-  }
-  while (simulator.errors().empty()) {
-  }
-  simulator.terminate();
-  EXPECT_EQ(simulator.wait(), 0);
-  const std::string errors = simulator.errors();
-  EXPECT_THAT(errors, HasSubstr("RSI: the replies have AKorr, which the RECEIVE list"));
-  EXPECT_EQ(errors.find("AKorr"), errors.rfind("AKorr")) << errors;
-  EXPECT_EQ(boost::json::parse(simulator.output()).at("rsi").at("correction_at_end_deg").to_number<double>(),
-            0);
 }
 
 TEST_F(SimulatorTest, CutsTheEkiLinkWhenTheScenarioSaysSoAndServesAgain) {
