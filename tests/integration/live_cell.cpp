@@ -89,7 +89,6 @@ LiveCell::LiveCell(const Options& options) {
                                      "--path-file",  path_file(),
                                      "--speedup",    std::to_string(options.speedup),
                                      "--json"};
-  if (options.bridge) arguments.insert(arguments.end(), {"--bridge-port", "0"});
   simulator_ = std::make_unique<sim::SimulatorProcess>(folder_, std::move(arguments));
   const std::string ready = simulator_->ready(folder() / "ready.json");
   if (ready.empty()) throw std::runtime_error{"no simulator: " + simulator_->errors()};
@@ -97,14 +96,12 @@ LiveCell::LiveCell(const Options& options) {
   admin_port_ = static_cast<std::uint16_t>(ports.at("admin_port").as_int64());
   const auto port = [&ports](const char* name) { return loopback(ports.at(name).as_int64()); };
 
-  const std::string protocol = options.bridge ? "bridge" : "emscon";
   const Replacements cell{{"robots/kr210", kConfig + "/robots/kr210"},
                           {"kuka/rsi", kConfig + "/kuka/rsi"},
                           {"127.0.0.1:54600", port("eki_port")},
                           {"127.0.0.1:54601", port("eki_state_port")},
                           {"127.0.0.1:49152", loopback(rsi_port_)},
-                          {"protocol: emscon", "protocol: " + protocol},
-                          {"127.0.0.1:7000", port(options.bridge ? "bridge_port" : "tracker_port")},
+                          {"127.0.0.1:7000", port("tracker_port")},
                           {"127.0.0.1:7210", loopback(0)},
                           {"#web:", "web: {listen: " + loopback(0) + "} #"},
                           {kShippedTimeout, timeout},

@@ -38,7 +38,6 @@ class LiveCell {
     Replacements scenario{}, cell{};  ///< in config/scenarios/demo.yaml and config/cell.yaml, after our own
     bool patient = false;  ///< the controller waits 10 s for its PC: where other programs run, the shipped
                            ///< 100 cycles are too short
-    bool bridge = false;   ///< the tracker speaks through one
   };
 
   /// Starts the simulator and writes the daemon's cell file.

@@ -7,8 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 
 #include "tests/await.hpp"
 #include "tests/certificates.hpp"
@@ -17,12 +15,8 @@
 namespace truepose {
 namespace {
 
-namespace asio = boost::asio;
-using asio::ip::tcp;
 using testing::AllOf;
 using testing::HasSubstr;
-
-const asio::ip::address kLoopback = asio::ip::address_v4::loopback();
 
 Finished run_daemon(const LiveCell& cell, std::vector<std::string> more = {}) {
   more.insert(more.begin(), {"--config", cell.cell_file()});

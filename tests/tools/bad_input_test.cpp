@@ -20,10 +20,6 @@ class BadInput : public testing::Test {
   Finished calibrate_data(const std::string& text) {
     return calibrate({"--robot", kRobot, "--data", folder_.write("data.csv", text), "--json"});
   }
-  Finished calibrate_robot(const std::string& text) {
-    const std::string data = folder_.write("data.csv", std::string(kHeader) + "0,0,0,0,0,0,1,2,3\n");
-    return calibrate({"--robot", folder_.write("robot.yaml", text), "--data", data, "--json"});
-  }
   std::string path(const std::string& name) { return (folder_.path() / name).string(); }
   TempFolder folder_;
 };
@@ -32,11 +28,6 @@ void expect_one_line(const Finished& run, int exit_code, const std::string& line
   EXPECT_EQ(run.exit_code, exit_code);
   EXPECT_EQ(run.err, "truepose: " + line + "\n");
   EXPECT_EQ(run.out, "");
-}
-
-TEST_F(BadInput, ACsvWithANan) {
-  expect_one_line(calibrate_data(std::string(kHeader) + "1,2,3,4,5,6,7,8,9\n1,2,3,4,5,6,7,NaN,9\n"), 2,
-                  path("data.csv") + ": row 2 (line 3): y: not a finite number: 'NaN'");
 }
 
 TEST_F(BadInput, ACsvInUtf16) {
@@ -51,24 +42,6 @@ TEST_F(BadInput, ACsvInUtf16) {
                     path("data.csv") + ": is in UTF-16 (byte order mark " + (is_little ? "FF FE" : "FE FF") +
                         "), save it as UTF-8");
   }
-}
-
-TEST_F(BadInput, ACsvWithTooFewPoses) {
-  const Finished run = calibrate_data(std::string(kHeader) + "1,2,3,4,5,6,7,8,9\n");
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_TRUE(run.err.starts_with("truepose: " + path("data.csv") + ": ")) << run.err;
-  EXPECT_EQ(std::ranges::count(run.err, '\n'), 1);
-  EXPECT_EQ(run.out, "");
-}
-
-TEST_F(BadInput, ARobotFileWithAnUnknownKey) {
-  expect_one_line(calibrate_robot("name: r\njoint: []\n"), 2,
-                  path("robot.yaml") + ":2:1: joint: unknown key, did you mean 'joints'?");
-}
-
-TEST_F(BadInput, AFileThatIsNotThere) {
-  expect_one_line(calibrate({"--robot", path("none.yaml"), "--data", path("none.csv")}), 2,
-                  path("none.yaml") + ": cannot be opened: No such file or directory");
 }
 
 TEST_F(BadInput, ANumberOfAnOptionThatIsNotFinite) {

@@ -202,17 +202,6 @@ TEST_F(Compensate, ATargetThatOnlyASingularityMakesDifficultIsRefusedWithItsRow)
   EXPECT_THAT(error(kSingularRow, {"--singularity-threshold", "0"}), HasSubstr("too near to a singularity"));
 }
 
-TEST_F(Compensate, TheTcpComesFirstWhereATheToolIsGiven) {
-  const json::object with_tool =
-      document({"--joints", file(std::string(kJoints) + kSingularRow), "--tool", "100,0,250,0,0,0"});
-  const Eigen::Vector3d p_FT(100, 0, 250);
-  const JointVector q = joints(with_tool, 0);
-  EXPECT_LT((forward_kinematics(model_.cell.robot, q) * p_FT -
-             forward_kinematics(nominal_, nominal_joints(kSingularRow)) * p_FT)
-                .norm(),
-            1e-8);
-}
-
 TEST_F(Compensate, TheArmBendsUnderTheGivenPayload) {
   const std::string targets = file(std::string(kJoints) + kRegularRow);
   EXPECT_THAT(compensate({"--joints", targets, "--payload", "60,0,0,200"}).err,
@@ -244,19 +233,6 @@ TEST_F(Compensate, AWordIsSaidWhereTheModelKnowsSeveralPayloadsAndNobodySaysWhic
   EXPECT_EQ(
       run_program("truepose", {"fk", "--robot", kRobot, "--model", model_file_, "--joints", targets}).err,
       said + "give the robot file its payload, and calibrate again\n");
-}
-
-TEST_F(Compensate, AModelOfAnotherRobotFileIsRefused) {
-  const std::string targets = file(std::string(kJoints) + kRegularRow);
-  model_.parameters = {{.name = "link3.a", .nominal = 1160, .value = 1160.2}};
-  folder_.write("model.yaml", config::model_yaml(model_));
-  const Finished run = compensate({"--joints", targets});
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_EQ(
-      run.err,
-      "truepose: " + model_file_ +
-          ": the model is refused: it was identified from another robot file, link3.a: 1160 mm in the "
-          "model, 1150 mm in the robot file; give the one that it was identified from, or identify again\n");
 }
 
 TEST_F(Compensate, EveryTargetHasTheStandardDeviationOfItsPosition) {
@@ -307,15 +283,6 @@ TEST_F(Compensate, PositionsAloneAreReachedFromWhereTheTargetBeforeStood) {
     EXPECT_LT((p - Eigen::Vector3d(1700, 5.0 * static_cast<double>(i), 1500)).norm(), 1e-8);
     EXPECT_LT((joints(found, i) - joints(found, i > 0 ? i - 1 : 0)).norm(), 0.01);
   }
-}
-
-TEST_F(Compensate, PositionOnlyChangesTheJointsLessThanTheWholePose) {
-  const std::string targets = file(std::string(kJoints) + kRegularRow);
-  const JointVector q = nominal_joints(kRegularRow);
-  const json::object whole = document({"--joints", targets});
-  const json::object position = document({"--joints", targets, "--position-only"});
-  EXPECT_LT((joints(position, 0) - q).norm(), (joints(whole, 0) - q).norm() / 2);
-  EXPECT_LT(number(position, "residual_mm"), 1e-8);
 }
 
 std::string pose_row(const Eigen::Isometry3d& X) {

@@ -85,21 +85,6 @@ TEST(ExperimentCommand, PrintsOneDocumentWithTheMembersOfTheContract) {
   }
 }
 
-TEST(ExperimentCommand, HasARowForEveryMethodDesignAndLayer) {
-  EXPECT_THAT(names(document(), "methods", "method"),
-              testing::IsSupersetOf({"one stage, three whole steps", "one stage, with a line search",
-                                     "least-squares", "gauss-newton", "levenberg-marquardt", "two-stage",
-                                     "ridge", "particle-swarm", "oracle", "robust two-stage (igg3)"}));
-  EXPECT_THAT(names(document(), "designs", "design"),
-              testing::UnorderedElementsAre("random", "d-optimal", "i-optimal"));
-  EXPECT_THAT(
-      names(document(), "layers", "layer"),
-      testing::IsSupersetOf({"nominal", "geometric", "inverted", "inverted, non-geometric auto", "compliance",
-                             "harmonics", "non-geometric auto", "geometric and gp", "geometric and kriging",
-                             "geometric and idw", "geometric and mls", "geometric and nn",
-                             "non-geometric auto and gp", "tracker in the loop"}));
-}
-
 TEST(ExperimentCommand, GivesTheSameForTheSameSeedWithAnyNumberOfJobsAndWritesTheReport) {
   TempFolder folder;
   const std::string report = folder.path() / "experiment.html";

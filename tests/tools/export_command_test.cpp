@@ -43,12 +43,6 @@ TEST_F(Export, WritesOneOfThemAlone) {
   EXPECT_FALSE(std::filesystem::exists(path("a.urdf")));
 }
 
-TEST_F(Export, NeedsSomethingToWrite) {
-  const Finished run = run_program("truepose", {"export", "--model", file_});
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_EQ(run.err, "truepose: export needs --urdf or --csv (see truepose --help)\n");
-}
-
 TEST_F(Export, SaysWhyAFileCannotBeReadOrWritten) {
   const Finished reading =
       run_program("truepose", {"export", "--model", path("no.yaml"), "--csv", path("p")});
@@ -70,10 +64,6 @@ TEST_F(Export, RefusesAModelThatWasCutOff) {
             "truepose: " + file +
                 ": its last line is no 'sha256: ...', which shows that the others are unchanged; identify "
                 "again\n");
-}
-
-TEST_F(Export, IsNamedInTheHelp) {
-  EXPECT_NE(run_program("truepose", {"--help"}).out.find("\n  export "), std::string::npos);
 }
 
 }  // namespace

@@ -146,17 +146,6 @@ Eigen::Matrix4d frame_in(const json::object& document) {
   return plain::kuka_frame({number("x"), number("y"), number("z")}, {number("a"), number("b"), number("c")});
 }
 
-TEST_F(FrameCommand, AToolReadByTheTrackerIsPrintedAsKukasFrame) {
-  const json::object tool = document("tool", {"--data", seen_tool(), "--number", "3"});
-  EXPECT_LT(plain::mm_between(frame_in(tool), X_FT_), 0.03);
-  EXPECT_LT(plain::rad_between(frame_in(tool), X_FT_), 3e-4);
-  EXPECT_EQ(tool.at("readings").as_array().size(), 30U);
-  for (const json::value& sigma : tool.at("sigma_mm").as_array()) EXPECT_LT(sigma.to_number<double>(), 0.02);
-  const Finished text = run("tool", {"--data", path("tool.csv"), "--number", "3"});
-  EXPECT_THAT(text.out, HasSubstr(std::string(tool.at("krl").as_string()) + "\n"));
-  EXPECT_THAT(text.out, HasSubstr("TOOL_DATA[3]={X "));
-}
-
 TEST_F(FrameCommand, OneReadingOfA6DTargetTellsTheToolWithItsAxes) {
   const JointVector q = joints();
   const Eigen::Matrix4d X_W =
@@ -238,16 +227,6 @@ TEST_F(FrameCommand, CompensatePutsTheMeasuredTcpThereAndTellsItsSigma) {
   }
   const json::object given = document("compensate", {"--poses", poses, "--tool", "90,-60,310,35,62,-140"});
   EXPECT_THAT(std::string(given.at("notes").at(0).as_string()), HasSubstr("was given, not measured"));
-}
-
-TEST_F(FrameCommand, PosesStandInTheMeasuredBase) {
-  const std::string base = measured_base();
-  const Eigen::Matrix4d wanted = reachable(X_BU_);
-  const std::string poses = folder_.write("poses.csv", "x,y,z,a,b,c\n" + pose_cells(wanted) + '\n');
-  const json::object reached =
-      document("compensate", {"--poses", poses, "--tool", path("tool.yaml"), "--base", base});
-  EXPECT_LT(plain::mm_between(truly_at(reached, 0), X_BU_ * wanted), 0.06);
-  EXPECT_FALSE(reached.contains("notes"));
 }
 
 /// The arm is as its model here, which the sigma does not know.

@@ -88,18 +88,6 @@ TEST_F(Iso9283, WritesAReportThatCarriesWhatItWasMadeFrom) {
     EXPECT_NE(html.find("download=\"" + std::string(file) + "\""), std::string::npos) << file;
 }
 
-TEST_F(Iso9283, GivesTheWorkedExampleToTheLastPrintedDigit) {
-  const Finished run = run_program("truepose", {"iso9283", "--data", data(), "--targets", targets()});
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  for (int k = 1; k <= 5; ++k) {
-    const example::WorkedFigures& w = example::kWorkedFigures[static_cast<std::size_t>(k - 1)];
-    const std::string line = point_name(k) + "                 30 " + fixed(w.ap_p) + " " + fixed(w.ap_x) +
-                             " " + fixed(w.ap_y) + " " + fixed(w.ap_z) + " " + fixed(w.rp_l) + "\n";
-    EXPECT_NE(run.out.find(line), std::string::npos) << line << run.out;
-  }
-  EXPECT_EQ(run.out.find("do not comply"), std::string::npos) << run.out;
-}
-
 TEST_F(Iso9283, BringsTrackerDataIntoTheBaseOfAModel) {
   const CalibratedCell cell{.robot = published_arm(),
                             .base = {.p_mm = {4000, 500, -300}, .rxyz_rad = {0.1, -0.2, 2.1}}};
@@ -115,24 +103,6 @@ TEST_F(Iso9283, BringsTrackerDataIntoTheBaseOfAModel) {
     EXPECT_NEAR(number(sets[k], "RP", "l"), example::kWorkedFigures[k].rp_l, 1e-9);
     EXPECT_FALSE(sets[k].at("AP").as_object().contains("a"));
   }
-}
-
-TEST_F(Iso9283, SaysThatAFittedFrameMakesAccuracyRelative) {
-  const Eigen::Isometry3d X_MB = pose_from_kuka({4000, 500, -300}, {120, 3, -2});
-  const std::string measured = data(X_MB);
-  const json::object document = succeed({"--data", measured, "--targets", targets(), "--fit-frame"});
-  EXPECT_EQ(document.at("frame"), "fitted");
-  double absolute = 0, relative = 0;
-  for (std::size_t k = 0; k < 5; ++k) {
-    const json::value& set = document.at("sets").at(k);
-    absolute += std::pow(example::kWorkedFigures[k].ap_p, 2);
-    relative += std::pow(number(set, "AP", "p"), 2);
-    EXPECT_NEAR(number(set, "RP", "l"), example::kWorkedFigures[k].rp_l, 1e-9);
-  }
-  EXPECT_LT(relative, absolute);
-  const Finished text =
-      run_program("truepose", {"iso9283", "--data", measured, "--targets", targets(), "--fit-frame"});
-  EXPECT_NE(text.out.find("AP is relative to that fit"), std::string::npos) << text.out;
 }
 
 TEST_F(Iso9283, NamesACommandedPoseThatNoCycleCameTo) {
@@ -247,21 +217,6 @@ TEST_F(Iso9283, ShowsVariationAndDriftWhereTheyWereMeasured) {
   EXPECT_NE(run.out.find("P1 0 min: vAP_p 0.0200 mm over 3 directions"), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("P1 +x: dAP_p 0.0300, dRP_l 0.0000 mm from 0 min to 60 min"), std::string::npos)
       << run.out;
-}
-
-TEST_F(Iso9283, PrintsTheFivePositionsOfACubeAsTargets) {
-  const Finished run = run_program("truepose", {"iso9283", "--cube", "1500,0,1100,1000"});
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(run.out,
-            "point,x,y,z\nP1,1500,0,1100\nP2,1900,-400,1500\nP3,1900,400,1500\nP4,1100,400,700\n"
-            "P5,1100,-400,700\n");
-  const std::string targets = folder_.write("targets.csv", run.out);
-  std::string cycles = "point,cycle,x,y,z\n";
-  std::istringstream lines{run.out.substr(run.out.find('\n') + 1)};
-  for (std::string line; std::getline(lines, line);)
-    for (const char* cycle : {",1", ",2"}) cycles += line.substr(0, 2) + cycle + line.substr(2) + "\n";
-  const std::string measured = folder_.write("cycles.csv", cycles);
-  EXPECT_EQ(run_program("truepose", {"iso9283", "--data", measured, "--targets", targets}).exit_code, 0);
 }
 
 }  // namespace

@@ -92,16 +92,6 @@ TEST_F(KukaCommand, WritesTheContextAsTheVersionOfRsiHasIt) {
   EXPECT_EQ(write("8.2").exit_code, 2);
 }
 
-TEST_F(KukaCommand, LeavesTheSubmitProgramToTheCell) {
-  for (const char* kss : {"8.5", "8.6", "8.7"}) {
-    const Finished done = write(kss);
-    EXPECT_THAT(done.out, AllOf(HasSubstr("sps.sub"), HasSubstr("TP_SUBMIT_CYCLE()")));
-    EXPECT_FALSE(std::filesystem::exists(set_ / "System"));
-    EXPECT_FALSE(std::filesystem::exists(set_ / "Program/sps.sub"));
-    EXPECT_THAT(written("Program/truepose_state.src"), HasSubstr("DEF TP_SUBMIT_CYCLE()"));
-  }
-}
-
 TEST_F(KukaCommand, StartsRsiInTheCycleOfTheCellAndLetsNoProductionProgramRunAt12Ms) {
   ASSERT_EQ(write().exit_code, 0);
   EXPECT_THAT(written("Program/truepose_stream.dat"), HasSubstr("TP_CORRECTS_PTP=TRUE"));
@@ -117,15 +107,6 @@ TEST_F(KukaCommand, LetsAProgramWaitLongerThanRsiDoes) {
   change("timeout_cycles: 100 ", "timeout_cycles: 500 ");
   ASSERT_EQ(write().exit_code, 0);
   EXPECT_THAT(written("Program/truepose_stream.dat"), HasSubstr("TP_PATIENCE=251"));  // 3 s of 2
-}
-
-TEST_F(KukaCommand, WritesForIiqkaWhatItCanAndSaysWhatIsMissing) {
-  const Finished done = write("9");
-  ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out, AllOf(HasSubstr("Missing: the programs"), HasSubstr("Not run on hardware yet")));
-  EXPECT_THAT(written("RobotSensorInterface/truepose_rsi.rsix"),
-              HasSubstr(R"(IsRuntime="false" Name="MaxA1")"));
-  EXPECT_FALSE(std::filesystem::exists(set_ / "Program"));
 }
 
 TEST_F(KukaCommand, RefusesAnAddressThatNoControllerCouldSendTo) {

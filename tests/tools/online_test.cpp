@@ -215,14 +215,6 @@ TEST_F(OnlineTest, TheDaemonMayBeNamedBeforeTheCommandToo) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
-TEST_F(OnlineTest, JsonIsOneDocumentAndNothingElse) {
-  const Outcome status = run({"status", "--json"});
-  EXPECT_EQ(json::parse(status.out).at("state").as_string(), "ready");
-  const Outcome watched = run({"campaign", "watch", "--json"});
-  EXPECT_EQ(json::parse(watched.out).at("phase").as_string(), "done");
-  EXPECT_EQ(watched.err, "");
-}
-
 TEST_F(OnlineTest, AnAnswerOfAnotherFormIsAnErrorThatNamesItAndStillJson) {
   for (const auto& [answer, why] : {std::pair{"null", "expected an object, found null"},
                                     {"3", "expected an object, found 3"},
@@ -321,14 +313,6 @@ TEST_F(OnlineTest, StartSendsTheTargetsOfAFile) {
   EXPECT_THAT(branched.err, HasSubstr("targets.csv: columns s and t: here the branch is the one nearest"));
 }
 
-TEST_F(OnlineTest, ListsAndExportsModels) {
-  EXPECT_THAT(run({"model", "list"}).out, HasSubstr("m1     t        42     2.500      0.042     active"));
-  EXPECT_EQ(run({"model", "export"}).out, "name: KR\n");
-  const fs::path file = folder_.path() / "model.yaml";
-  EXPECT_EQ(run({"model", "export", "--out", file}).exit_code, 0);
-  EXPECT_EQ(fs::file_size(file), 9U);
-}
-
 TEST_F(OnlineTest, EventsAreOneLineEach) {
   events_.publish(control::Topic::Log, json::object{{"level", "info"}, {"text", "hello"}});
   events_.publish(control::Topic::Cell,
@@ -356,13 +340,6 @@ TEST_F(OnlineTest, EventsTellPointsSeenTouchedAndSkippedApart) {
                              HasSubstr("frame pose 4: skipped, the beam was broken\n")));
 }
 
-TEST_F(OnlineTest, AnyMethodCanBeCalled) {
-  EXPECT_THAT(run({"call", "system.info"}).out, HasSubstr(R"("cell":"cell 1")"));
-  EXPECT_EQ(run({"call", "system.info", R"({"x":1})"}).exit_code, 2);
-  EXPECT_EQ(run({"call", "system.info", "[1]"}).exit_code, 2);
-  EXPECT_EQ(run({"call", "drift.check"}).exit_code, 2);
-}
-
 TEST_F(OnlineTest, ExitCodesTellWhatWentWrong) {
   const Outcome device = run({"connect"});
   EXPECT_EQ(device.exit_code, 3);
@@ -377,16 +354,6 @@ TEST_F(OnlineTest, ExitCodesTellWhatWentWrong) {
   EXPECT_THAT(token.err, HasSubstr("-32001"));
   EXPECT_EQ(run({"status"}, "missing").exit_code, 2);
   EXPECT_EQ(run({"status"}, "token", "nonsense").exit_code, 2);
-}
-
-TEST_F(OnlineTest, ADaemonThatIsNotThereIsNamed) {
-  asio::io_context context;
-  asio::ip::tcp::acceptor free_port{context, {asio::ip::address_v4::loopback(), 0}};
-  const std::string address = "127.0.0.1:" + std::to_string(free_port.local_endpoint().port());
-  free_port.close();
-  const Outcome outcome = run({"status"}, "token", address);
-  EXPECT_EQ(outcome.exit_code, 3);
-  EXPECT_THAT(outcome.err, HasSubstr(address + " cannot be reached"));
 }
 
 TEST_F(OnlineTest, SaysWhatAnAddressOfTheDaemonLooksLike) {

@@ -19,7 +19,6 @@ namespace truepose {
 namespace {
 
 namespace json = boost::json;
-using testing::HasSubstr;
 using testing::StartsWith;
 
 const std::string kExampleCell = TRUEPOSE_SOURCE_DIR "/config/cell.yaml";
@@ -59,22 +58,6 @@ TEST(PlanCommand, WritesThePosesInTheirOrderAsOtherCommandsReadThem) {
                   1e-9);
     }
   }
-}
-
-TEST(PlanCommand, ChoosesTheSameForTheSameSeedAndAnotherForAnotherSeedOrCriterion) {
-  const std::string once = plan({"--json"}).out;
-  EXPECT_EQ(plan({"--json", "--seed", "0"}).out, once);
-  EXPECT_NE(plan({"--json", "--seed", "1"}).out, once);
-  EXPECT_NE(plan({"--json", "--criterion", "d"}).out, once);
-}
-
-TEST(PlanCommand, SaysInWordsWhatItPlannedAndWhyCandidatesWereRejected) {
-  const Finished done = plan({});
-  ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out, StartsWith("12 poses of 300 candidates"));
-  EXPECT_THAT(done.out, HasSubstr("had the reflector turned away from the tracker"));
-  EXPECT_THAT(done.out, HasSubstr("no choice goes below"));
-  EXPECT_THAT(done.out, HasSubstr("in a random order"));
 }
 
 TEST(PlanCommand, RefusesAWorkspaceOutOfReachInOneLineAndWritesNothing) {

@@ -129,47 +129,6 @@ class PositionerCommand : public testing::Test {
   Eigen::Matrix4d X_FU_ = plain::kuka_frame({-60, 80, 40}, {35, 2, -1});
 };
 
-Eigen::Matrix4d pose_in(const json::value& f) {
-  const auto number = [&](const char* key) { return f.at(key).to_number<double>(); };
-  return plain::kuka_frame({number("x"), number("y"), number("z")}, {number("a"), number("b"), number("c")});
-}
-
-TEST_F(PositionerCommand, TheRootOfATurntableIsReportedWithWhatIsNotIdentifiable) {
-  calibrate_table(kTurntable);
-  const json::object result = document("positioner", with_table({"--number", "2"}));
-  const Eigen::Matrix4d root = pose_in(result.at("root"));
-  // The axis is where it truly is; along and about it the root is as it was given.
-  const Eigen::Vector3d off = plain::moved(X_BR_.inverse(), root.topRightCorner<3, 1>());
-  EXPECT_LT(off.head<2>().norm(), 0.03);
-  EXPECT_LT((root.col(2) - X_BR_.col(2)).norm(), 1e-4);
-  const Eigen::Matrix4d given = plain::kuka_frame({1900, 350, -150}, {25, 0, 0});
-  EXPECT_LT(std::abs(plain::moved(root.inverse(), given.topRightCorner<3, 1>()).z()), 1e-3);
-  EXPECT_LT(plain::rad_between(root, given), 5e-3);
-  EXPECT_THAT(std::string(result.at("krl").as_string()), testing::StartsWith("MACHINE_DEF[2].ROOT={X "));
-  EXPECT_THAT(std::string(result.at("notes").at(0).as_string()),
-              HasSubstr("its place along it: it is as --root has it"));
-  EXPECT_EQ(result.at("axes").as_array().size(), 1U);
-  EXPECT_FALSE(result.contains("workpiece"));
-}
-
-TEST_F(PositionerCommand, TheRootOfATiltAndTurnIsReportedWithTheErrorsOfItsAxes) {
-  calibrate_table(kTiltAndTurn);
-  const json::object result = document("positioner", with_table({}));
-  EXPECT_LT(plain::mm_between(pose_in(result.at("root")), X_BR_), 0.05);
-  EXPECT_LT(plain::rad_between(pose_in(result.at("root")), X_BR_), 1e-4);
-  for (const json::value& sigma : result.at("sigma_mm").as_array())
-    EXPECT_LT(sigma.to_number<double>(), 0.03);
-  const json::array& links = result.at("links").as_array();
-  ASSERT_EQ(links.size(), 2U);
-  EXPECT_EQ(links[0].at("name").as_string(), "link2.a");
-  EXPECT_NEAR(links[0].at("value").to_number<double>(), 120.4, 0.03);
-  EXPECT_TRUE(result.at("notes").as_array().empty());
-  const Finished text = run("positioner", with_table({"--data", workpiece(), "--base-number", "17"}));
-  EXPECT_THAT(text.out, HasSubstr("Axis 2 goes through ("));
-  EXPECT_THAT(text.out, HasSubstr("link2.a is 120.4"));
-  EXPECT_THAT(text.out, HasSubstr("\nBASE_DATA[17]={X "));
-}
-
 class PositionerTargets : public PositionerCommand, public testing::WithParamInterface<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Axes, PositionerTargets, testing::Values(kTurntable, kTiltAndTurn));
 
@@ -225,24 +184,6 @@ TEST_F(PositionerCommand, ATrackerThatMovedBeforeTheWorkpieceWasMeasuredIsReport
   EXPECT_THAT(finished.err, HasSubstr("workpiece.csv: the positioner's root or the tracker stands 0."));
   EXPECT_THAT(finished.err, HasSubstr("from the same station"));
   EXPECT_FALSE(std::filesystem::exists(path("positioner.yaml")));
-}
-
-TEST_F(PositionerCommand, ATableThatTurnsTheOtherWayIsReported) {
-  std::string other = kTurntable;
-  other.replace(other.find("sign: 1"), 7, "sign: -1");
-  calibrate_table(kTurntable);
-  table_file_ = folder_.write("table.yaml", other);
-  ASSERT_EQ(
-      run_program("truepose", {"calibrate", "--robot", table_file_, "--data", path("table.csv"), "--split",
-                               "0.7", "--tracker-noise", "0.01,0.002", "--out", path("table_model.yaml")})
-          .exit_code,
-      0)
-      << "no reading contradicts it";
-  const Finished finished = run("positioner", with_table({}));
-  EXPECT_EQ(finished.exit_code, 1);
-  EXPECT_THAT(finished.err,
-              HasSubstr("table.yaml: the root stands turned by 180 deg from where it was given"));
-  EXPECT_THAT(finished.err, HasSubstr("look at the signs of its joints"));
 }
 
 TEST_F(PositionerCommand, ARootFarFromTheGivenOneAsksForTheStationOfTheTracker) {

@@ -51,21 +51,6 @@ class ProgramCommand : public testing::Test {
   std::string model_;
 };
 
-TEST_F(ProgramCommand, WritesBothFilesAndSumsUpWhatItDid) {
-  const Finished run =
-      compensate(corpus("gluing.src"), {"--dat", corpus("gluing.dat"), "--config-dat", corpus("config.dat"),
-                                        "--out", out("src"), "--out-dat", out("dat")});
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(run.err, "");
-  const std::string printed = boost::replace_all_copy(run.out, krl_corpus::kFolder.string() + "/", "");
-  EXPECT_TRUE(printed.starts_with("gluing.src: 6 of 6 positions changed\n  mean     16.470 mm, 1.2672 deg\n"))
-      << printed;
-  EXPECT_EQ(text_of(out("src")), krl_corpus::bytes("gluing.src"));
-  const std::string dat = text_of(out("dat"));
-  EXPECT_NE(dat, krl_corpus::bytes("gluing.dat"));
-  EXPECT_EQ(std::ranges::count(dat, '\r'), std::ranges::count(krl_corpus::bytes("gluing.dat"), '\r'));
-}
-
 TEST_F(ProgramCommand, TheDocumentNamesEveryChangeAndWhatWasLeft) {
   const Finished run = compensate(corpus("computed.src"), {"--dat", corpus("computed.dat"), "--config-dat",
                                                            corpus("config.dat"), "--json"});

@@ -62,15 +62,6 @@ TEST_F(TheReplayCommand, SaysWhatARecordingIsAndWhatBecameOfIt) {
   EXPECT_THAT(replayed.err, IsEmpty());
 }
 
-TEST_F(TheReplayCommand, PrintsOneJsonDocument) {
-  const Finished replayed = replay({file(bytes_), "--json"});
-  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
-  const json::value report = json::parse(replayed.out);
-  EXPECT_EQ(report.at("same"), true);
-  EXPECT_EQ(report.at_pointer("/stream/rejected"), 1);
-  EXPECT_EQ(report.at_pointer("/stream/compared"), report.at_pointer("/stream/datagrams"));
-}
-
 TEST_F(TheReplayCommand, EndsWith1WhereAReplyIsAnother) {
   const auto sent = std::ranges::find_if(records_, [](const recording::Record& record) {
     return record.kind == recording::Kind::Sent && !record.bytes.empty();

@@ -130,15 +130,6 @@ TEST_F(ReportCommand, JudgesAProductionProgramByACalibrationOfOneReflectorAlone)
   EXPECT_EQ(err_, refused);
 }
 
-TEST_F(ReportCommand, SaysWhereAPathFileIsWrongAndWritesNothing) {
-  ReportOptions options;
-  options.path = folder_.write("path.csv", "time_s,program\n1,GLUING\n");
-  options.html = folder_.path() / "report.html";
-  EXPECT_EQ(report(report::sample_document(5, true), options), 2);
-  EXPECT_EQ(err_, "truepose: " + options.path.string() + ": missing column 'point'\n");
-  EXPECT_FALSE(std::filesystem::exists(options.html));
-}
-
 /// A path by a model file alone. The arm is a KR 210 whose base stands at the tracker's origin.
 class PathReport : public ReportCommand {
  protected:
@@ -174,13 +165,6 @@ TEST_F(PathReport, NeedsNoDaemonAndNoCampaign) {
   EXPECT_EQ(written.at("robot"), json::value(nominal_.name));
   ASSERT_EQ(report_path_of(report::sample_path(), {}, true), 0) << err_;
   EXPECT_EQ(json::parse(out_).at("production"), written.at("production"));
-}
-
-TEST_F(PathReport, EndsByAProgramThatCameNoNearer) {
-  ProductionPath path = report::sample_path();
-  for (PathSample& sample : path.samples) sample.with_mm.z() += 3;
-  EXPECT_EQ(report_path_of(path), 1);
-  EXPECT_EQ(err_, "truepose: in production (GLUING) the correction brings the arm no nearer\n");
 }
 
 TEST_F(PathReport, IsOfOneReflector) {

@@ -90,15 +90,6 @@ TEST_F(StationsCommand, IdentifiesOneArmFromAllAndTellsTheErrorsOfEach) {
   EXPECT_EQ(report_schema_errors({folder_.write("report.json", run.out)}), "");
 }
 
-TEST_F(StationsCommand, SayInTheTextWhatEachSaw) {
-  const Finished run = calibrate({});
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.out,
-              HasSubstr("Stations (the base of a model file is the one that the first of them sees):"));
-  EXPECT_THAT(run.out, HasSubstr("\n  " + hall_ + ": 30 poses, mean error "));
-  EXPECT_THAT(run.out, HasSubstr("\n  " + door_ + ": 15 poses, mean error "));
-}
-
 TEST_F(StationsCommand, TheModelIsThatOfTheFirstAndSaysSo) {
   const std::string file = folder_.path() / "model.yaml";
   const Finished run = calibrate({"--out", file});

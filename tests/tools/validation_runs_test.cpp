@@ -78,6 +78,9 @@ TEST_F(ValidationRuns, OfSeveralSplitsSayHowTheyDiffer) {
       EXPECT_NE(difference, 0);
     }
   }
+  EXPECT_EQ(document.at("splits").at(1).at("seed"), 4);
+  EXPECT_DOUBLE_EQ(mean_mm(document.at("validate"), "before"),
+                   (mean_mm(a, "before") + mean_mm(b, "before")) / 2);
   EXPECT_FALSE(calibrate({"--split", "0.7"}).contains("spread"));
 }
 
