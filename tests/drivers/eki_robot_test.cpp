@@ -246,6 +246,14 @@ TEST_F(EkiRobot, ReportsItsStateInRadAndAsAPose) {
     const auto pressed = co_await robot.state(soon());
     EXPECT_EQ(pressed->why_not_ready, "emergency stop");
     state_ = ready_state(0);
+    state_.mode = eki::OperatingMode::Ext;
+    state_.gate_closed = false;
+    const auto open = co_await robot.state(soon());
+    EXPECT_EQ(open->why_not_ready, "safety gate open");
+    state_.mode = eki::OperatingMode::T1;
+    const auto jogged = co_await robot.state(soon());
+    EXPECT_TRUE(jogged->ready) << "the gate may be open in T1";
+    state_ = ready_state(0);
     state_.tool = 3;
     const auto tool = co_await robot.state(soon());
     EXPECT_THAT(tool->why_not_ready, HasSubstr("tool 3 is active"));
