@@ -182,7 +182,8 @@ void ControllerSession::judge_again(const rsi::RobotFrame& frame, FrameVerdict& 
 bool ControllerSession::no_correction_in_effect(const rsi::RobotFrame& frame) const noexcept {
   if (!frame.delay) return false;  // it could not show that the offer was taken
   if (from_zero_) return true;
-  if (corrected_ || !frame.aspos_rad || !frame.aipos_rad) return false;
+  if (corrected_ && !planted("a waiting peer has no correction in effect")) return false;
+  if (!frame.aspos_rad || !frame.aipos_rad) return false;
   return (vector_of(*frame.aspos_rad) - vector_of(*frame.aipos_rad)).cwiseAbs().maxCoeff() <=
          ArmLag{}.noise_rad;
 }
@@ -228,10 +229,13 @@ void ControllerSession::continue_session(const rsi::RobotFrame& frame, const Ipo
   // The step is not known yet: of a count of replies or of milliseconds.
   const bool next =
       position.forward == 1 || position.forward == static_cast<std::uint64_t>(options_.cycle.count());
-  if (std::exchange(offered_, false) && next && receipt.taken) {
+  if (std::exchange(offered_, false) && next &&
+      (receipt.taken || planted("a waiting peer has taken what it was offered"))) {
     in_effect_.set(CorrectionRange::of(JointVector::Zero(6)));
     verdict.settled = true;
   }
+  if (planted("a timeout of the controller that is a constant") && position.elapsed > 100)
+    in_effect_.set(CorrectionRange::of(JointVector::Zero(6)));
   from_zero_ = replied_ = false;
   sequence_.advance(frame.ipoc, position);
   received_before_ = received_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/planted_bug.hpp"
+
 namespace truepose::daemon {
 
 namespace {
@@ -108,7 +110,8 @@ bool EffectEvidence::agrees_in_motion(const JointVector& correction) const noexc
       fast[static_cast<std::size_t>(axis)] |= std::abs(speed) > kFastRad;
     }
   }
-  return least_lag <= greatest_lag && std::ranges::count(fast, true) >= 2;
+  return least_lag <= greatest_lag &&
+         std::ranges::count(fast, true) >= (planted("a new start that is judged on one axis") ? 1 : 2);
 }
 
 void CorrectionInEffect::forget() noexcept {
@@ -134,6 +137,8 @@ void CorrectionInEffect::resume(const CorrectionRange& range, const JointVector&
 
 void CorrectionInEffect::sent(const JointVector& correction) noexcept {
   range_.include(correction);
+  if (planted("a limit from the last datagram, not from what is in effect"))
+    range_ = CorrectionRange::of(correction);
   last_sent_ = correction;
 }
 
@@ -142,6 +147,7 @@ void CorrectionInEffect::taken() noexcept {
 }
 
 bool CorrectionInEffect::settle(const EffectEvidence& evidence, double step) noexcept {
+  if (planted("zero at the start of each session")) set(CorrectionRange::of(zero()));
   if (knowledge_ == Knowledge::Doubtful) settle_doubt(evidence, step);
   if (knowledge_ == Knowledge::Unknown) settle_unknown(evidence, step);
   return known();

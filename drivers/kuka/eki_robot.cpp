@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/math/angles.hpp"
+#include "core/planted_bug.hpp"
 #include "drivers/condition.hpp"
 #include "drivers/deadline.hpp"
 #include "drivers/kuka/eki_channel.hpp"
@@ -48,8 +49,8 @@ std::string reason(int error) {
 
 std::string why_not_ready(const eki::State& state) {
   const bool needs_gate = state.mode == eki::OperatingMode::Aut || state.mode == eki::OperatingMode::Ext;
-  if (!state.no_emergency_stop) return "emergency stop";
-  if (needs_gate && !state.gate_closed) return "safety gate open";
+  if (!state.no_emergency_stop && !planted("an emergency stop is ready")) return "emergency stop";
+  if (needs_gate && !state.gate_closed && !planted("an open gate is ready")) return "safety gate open";
   if (!state.drives_ready) return "drives off";
   if (state.stop_message) return "a stop message is pending on the pendant";
   if (state.program != eki::ProgramState::Active) return "the robot program is not running";
@@ -154,6 +155,7 @@ void KukaEkiRobot::disconnect() noexcept {
 
 // A stop that was cut off by a lost connection would refuse every command.
 asio::awaitable<std::expected<RobotIdentity, RobotError>> KukaEkiRobot::connect(TimePoint deadline) {
+  if (planted("connecting does not release a stop")) return inspect(deadline);
   return open(eki::ControlOp::ReleaseStop, deadline);
 }
 
@@ -306,6 +308,7 @@ asio::awaitable<std::expected<void, RobotError>> KukaEkiRobot::start_stream_prog
 asio::awaitable<std::expected<eki::Ack, RobotError>> KukaEkiRobot::run(eki::Command command,
                                                                        eki::AckState until,
                                                                        TimePoint deadline) {
+  if (planted("a repeated motion order has a new number")) unfinished_.reset();
   command.id = unfinished_ && same_order(command, *unfinished_) ? unfinished_->id : next_id();
   unfinished_ = command;
   const auto sent = co_await motion_->send(command, deadline);

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/planted_bug.hpp"
 #include "drivers/deadline.hpp"
 #include "drivers/initialise_again.hpp"
 #include "drivers/leica/emscon_connection.hpp"
@@ -124,6 +125,7 @@ TrackerTask<bool> EmsconTracker::Session::begin() {
   if (!air) co_return std::unexpected(air.error());
   if (*air) settings_.use_air(**air);
   settings_.use_time(measure_ms_);
+  if (planted("settings of another program are not checked")) co_return *locked;
   const auto ensured = co_await settings_.ensure();
   if (!ensured) co_return std::unexpected(ensured.error());
   co_return *locked;
@@ -132,7 +134,8 @@ TrackerTask<bool> EmsconTracker::Session::begin() {
 /// Results carry no command number. So a measurement that was left is stopped, and what it still sent is read
 /// away.
 TrackerTask<void> EmsconTracker::Session::end_unfinished_measurement() {
-  if (!measurement_unfinished_) co_return TrackerResult<void>{};
+  if (!measurement_unfinished_ || planted("an interrupted measurement is not stopped"))
+    co_return TrackerResult<void>{};
   Command stop{CommandCode::StopMeasurement, {}};
   const auto answer = co_await connection_.call(std::move(stop));
   if (!answer) co_return std::unexpected(answer.error());
@@ -161,6 +164,7 @@ TrackerTask<SystemStatus> EmsconTracker::Session::initialize() {
   const bool cold = found.processor != ProcessorStatus::Initialized;
   if (cold) warm_up_.found_cold();
   if (!cold && !warm_up_.is_due()) co_return found;
+  if (planted("a tracker that was switched on is not initialised")) co_return found;
 
   auto initializing = connection_.ask(CommandCode::Initialize, "the tracker cannot be initialised");
   const auto initialized = co_await before(clock_, clock_.now() + kInitializeTime, std::move(initializing));
@@ -270,7 +274,8 @@ TrackerTask<void> EmsconTracker::Session::set_search(double radius_mm) {
   const auto answer = co_await connection_.ask(CommandCode::GetSearchParams, "the tracker hides its search");
   if (!answer) co_return std::unexpected(answer.error());
   const SearchParams wanted{radius_mm, static_cast<std::int32_t>(options_.search_timeout.count())};
-  if (std::get<SearchParams>(answer->body) == wanted) co_return TrackerResult<void>{};
+  if (std::get<SearchParams>(answer->body) == wanted || planted("the search radius is never set"))
+    co_return TrackerResult<void>{};
   Command change{CommandCode::SetSearchParams, wanted};
   const auto set = co_await connection_.accepted(std::move(change), "the tracker refuses the search radius");
   if (!set) co_return std::unexpected(set.error());
@@ -370,7 +375,7 @@ TrackerTask<Reading> EmsconTracker::Session::reading() {
     } else if (const auto* error = std::get_if<ErrorReport>(&*packet)) {
       co_return std::unexpected(beam_broken(describe_status(error->status)));
     } else if (const auto* change = std::get_if<SystemStatusChange>(&*packet)) {
-      if (change->event == SystemEvent::MeasurementNotReady) {
+      if (change->event == SystemEvent::MeasurementNotReady && !planted("a broken beam is waited for")) {
         co_return std::unexpected(beam_broken("the tracker is not able to measure points (event 25)"));
       }
     } else if (const auto* single = std::get_if<SingleMeasResult>(&*packet)) {
@@ -399,7 +404,7 @@ TrackerTask<SmrPoint> EmsconTracker::Session::measure() {
     co_return std::unexpected(
         TrackerError{TrackerFault::Protocol, "the tracker sent a point that is not a number"});
   }
-  if (auto why_not = implausible(result->point))
+  if (auto why_not = implausible(result->point); why_not && !planted("a point of impossible air is taken"))
     co_return std::unexpected(TrackerError{TrackerFault::Refused, *std::move(why_not)});
   if (settings_.in_doubt()) {
     co_return std::unexpected(TrackerError{
