@@ -147,11 +147,12 @@ std::string time_text(const std::string& rfc3339) {
 }
 
 std::string conditions_section(const ReportDocument& document) {
-  const std::string left = facts_table("Arm", arm_facts(document)) +
-                           facts_table("Measurement", measurement_facts(document)) +
-                           facts_table("Tracker stations", station_facts(document.stations)) +
-                           facts_table("Poses that were skipped", skipped_facts(document.skipped)) +
-                           facts_table("Interruptions", interruption_facts(document.interruptions));
+  const std::string left =
+      facts_table("Arm", arm_facts(document)) + facts_table("Measurement", measurement_facts(document)) +
+      facts_table("Tracker stations", station_facts(document.stations)) +
+      facts_table("Poses that were skipped",
+                  skipped_facts(document.skipped.value_or(std::vector<record::SkippedPose>{}))) +
+      facts_table("Interruptions", interruption_facts(document.interruptions));
   const std::string right = facts_table("Identification", identification_facts(document)) +
                             facts_table("Result", result_facts(document));
   return facts_section("Conditions", fmt::format("<div>\n{}</div>\n<div>\n{}</div>\n", left, right));

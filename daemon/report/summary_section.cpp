@@ -60,7 +60,8 @@ std::string badges(const ReportDocument& document) {
   html += badge_of_count(document.rejected.size(), "point was left out", "points were left out") +
           badge_of_count(document.validation_outliers.size(), "validation point is beyond six sigma",
                          "validation points are beyond six sigma") +
-          badge_of_count(document.skipped.size(), "pose was skipped", "poses were skipped") +
+          badge_of_count(document.skipped ? document.skipped->size() : 0, "pose was skipped",
+                         "poses were skipped") +
           stream_badge(document.stream);
   return html + "</ul>\n";
 }
