@@ -89,7 +89,7 @@ namespace {
 using boost::asio::ip::udp;
 using config::ScenarioFault;
 using std::chrono::nanoseconds;
-using Kind = ScenarioFault::Kind;
+using FaultKind = ScenarioFault::Kind;
 using std::chrono::steady_clock;
 
 /// Below the daemon's, so that a simulator on the same machine cannot delay the answers that it waits for.
@@ -209,19 +209,19 @@ class RsiRunner::Session {
     for (const ScenarioFault& fault : faults_) {
       if (fault.begins_with(cycle_number_)) begin(fault, tick);
     }
-    client_.ignore_corrections(now(Kind::RsiIgnore));
-    if (second_ && !now(Kind::RsiSecondSender)) end_second_sender();
+    client_.ignore_corrections(now(FaultKind::RsiIgnore));
+    if (second_ && !now(FaultKind::RsiSecondSender)) end_second_sender();
   }
 
   void begin(const ScenarioFault& fault, steady_clock::time_point& tick) {
     switch (fault.kind) {
-      case Kind::RsiSilence:
+      case FaultKind::RsiSilence:
         return pause(fault.lasts, tick, [this] { client_.pass(); });
-      case Kind::RsiRestart:
+      case FaultKind::RsiRestart:
         return restart(fault, tick);
-      case Kind::RsiIpoc:
+      case FaultKind::RsiIpoc:
         return client_.jump_ipoc(fault.ipoc_by);
-      case Kind::RsiSecondSender:
+      case FaultKind::RsiSecondSender:
         return begin_second_sender(fault);
       default:
         return;
@@ -271,7 +271,7 @@ class RsiRunner::Session {
   }
 
   /// Whether a fault of this kind covers the cycle under way.
-  bool now(Kind kind) const {
+  bool now(FaultKind kind) const {
     return std::ranges::any_of(faults_, [&](const ScenarioFault& fault) {
       return fault.kind == kind && fault.covers(cycle_number_);
     });
@@ -281,18 +281,18 @@ class RsiRunner::Session {
 
   void send(std::string_view datagram) {
     sent_[sent_count_++ % sent_.size()] = steady_clock::now();
-    if (now(Kind::RsiDrop) || now(Kind::RsiLoseDatagrams)) return;
+    if (now(FaultKind::RsiDrop) || now(FaultKind::RsiLoseDatagrams)) return;
     if (!late_.empty()) put_on_the_wire(std::exchange(late_, {}));
-    if (now(Kind::RsiLate)) {
+    if (now(FaultKind::RsiLate)) {
       late_ = datagram;
       return;
     }
-    if (now(Kind::RsiReorder) && held_back_.empty()) {
+    if (now(FaultKind::RsiReorder) && held_back_.empty()) {
       held_back_ = datagram;
       return;
     }
-    put_on_the_wire(now(Kind::RsiCorrupt) ? garbled(datagram) : std::string{datagram});
-    if (now(Kind::RsiDuplicate)) put_on_the_wire(datagram);
+    put_on_the_wire(now(FaultKind::RsiCorrupt) ? garbled(datagram) : std::string{datagram});
+    if (now(FaultKind::RsiDuplicate)) put_on_the_wire(datagram);
     if (!held_back_.empty()) put_on_the_wire(std::exchange(held_back_, {}));
   }
 
@@ -328,7 +328,7 @@ class RsiRunner::Session {
       const std::size_t size = socket_.receive_from(boost::asio::buffer(buffer_), from, 0, none);
       if (none) return;
       const steady_clock::time_point received = steady_clock::now();
-      if (now(Kind::RsiDrop) || now(Kind::RsiLoseReplies)) continue;
+      if (now(FaultKind::RsiDrop) || now(FaultKind::RsiLoseReplies)) continue;
       const RsiClient::Verdict verdict = client_.receive({buffer_.data(), size});
       for (const std::string& why : client_.take_rejections())
         listener_.rejected("RSI reply of " + from.address().to_string() + ":" + std::to_string(from.port()) +
