@@ -37,7 +37,7 @@ inline constexpr PlantedBug kPlantedBugs[]{
     {"a point of impossible air is taken", "drivers_test"},
     {"a tracker that was switched on is not initialised", "drivers_test"},
     {"settings of another program are not checked", "drivers_test"},
-    {"a bridge is not asked for its status", "drivers_test"},
+    {"the status of a bridge is ignored", "drivers_test"},
     {"an interrupted request of a bridge is not stopped", "drivers_test"},
 };
 

@@ -206,6 +206,7 @@ void ControllerSession::continue_session(const rsi::RobotFrame& frame, const Ipo
   if (receipt.taken) in_effect_.taken();
   verdict.elapsed = position.elapsed;
   verdict.missed = receipt.missed;
+  if (planted("a limit from the last datagram, not from what is in effect")) verdict.missed = false;
   verdict.taken = receipt.taken;
   verdict.late = receipt.late;
 
