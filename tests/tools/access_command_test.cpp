@@ -44,17 +44,6 @@ class AccessCommand : public testing::Test {
   TempFolder folder_;
 };
 
-TEST_F(AccessCommand, AddsListsAndRevokes) {
-  EXPECT_EQ(access({"list"}).out, "");
-  const Finished added = access({"add", "panel 1", "--role", "operator"});
-  EXPECT_EQ(added.exit_code, 0) << added.err;
-  EXPECT_THAT(added.out, testing::MatchesRegex("access-[0-9a-f]{32}\n"));
-  EXPECT_EQ(access({"add", "Anna", "--role", "engineer"}).exit_code, 0);
-  EXPECT_EQ(access({"list"}).out, "panel 1  operator\nAnna     engineer\n");
-  EXPECT_EQ(access({"revoke", "panel 1"}).exit_code, 0);
-  EXPECT_EQ(access({"list"}).out, "Anna  engineer\n");
-}
-
 TEST_F(AccessCommand, TakesTheCellFileOfTheFolderItIsCalledInByItsBareName) {
   std::string text = text_of(folder_.path() / "cell.yaml");
   text.replace(text.find("state/cell.sqlite"), 17, "cell.sqlite");

@@ -65,20 +65,6 @@ TEST_F(HaltedCampaignTest, WaitsForADeviceAsLongAsItIsAwayAndSaysWhyOnce) {
             1);
 }
 
-TEST_F(HaltedCampaignTest, PausesBeforeTheNextPoseAndGoesOn) {
-  start();
-  observer.at_point = [this](const StoredPoint& point) {
-    if (point.pose == 5) campaign->pause();
-  };
-  EXPECT_FALSE(go_on());
-  EXPECT_EQ(journal.points.size(), 5U);
-  EXPECT_FALSE(cell->moving());
-  campaign->resume();
-  ASSERT_TRUE(go_on());
-  EXPECT_TRUE(*outcome);
-  EXPECT_EQ(journal.points.size(), 40U);
-}
-
 TEST_F(HaltedCampaignTest, StandsStillUntilItIsResumedWhereTheBeamIsLostAtTwoPosesInARow) {
   start();
   drivers::MockFaults somebody_in_the_beam;
@@ -156,22 +142,6 @@ TEST_F(HaltedCampaignTest, OnePoseThatHidesTheReflectorDoesNotStopTheCampaign) {
     measured.push_back(point.pose);
   EXPECT_THAT(measured, Each(Ne(journal.skipped[0].pose))) << "a pose has one number everywhere";
   EXPECT_THAT(observer.pauses, IsEmpty());
-}
-
-TEST_F(HaltedCampaignTest, AnAbortStopsTheArmOnItsWayAndIsRecorded) {
-  start();
-  // Somewhere on the way between poses.
-  at(60s, [this] { campaign->abort("asked for by an operator"); });
-  ASSERT_TRUE(go_on());
-  ASSERT_FALSE(*outcome);
-  EXPECT_EQ(outcome->error().fault, CampaignFault::Aborted);
-  EXPECT_EQ(outcome->error().detail, "asked for by an operator");
-  EXPECT_FALSE(cell->moving());
-  EXPECT_LT(clock.now(), TimePoint{} + 70s);
-  EXPECT_EQ(journal.ended, 1);
-  ASSERT_TRUE(journal.error);
-  EXPECT_EQ(journal.error->fault, CampaignFault::Aborted);
-  EXPECT_EQ(clock.sleepers(), 0U);
 }
 
 TEST_F(HaltedCampaignTest, AnAbortSaysWhereTheArmCouldNotBeBraked) {

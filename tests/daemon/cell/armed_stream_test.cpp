@@ -264,28 +264,6 @@ TEST_F(AnArmedStream, TellsTheProgramWhyItIsNotCorrected) {
   });
 }
 
-TEST_F(AnArmedStream, HoldsWhileTheProgramIsStoppedWithoutAFault) {
-  rig.program.state = rsi::kProgramActive;
-  play([this]() -> Wait {
-    co_await armed();
-    co_await pass(2s);
-    const JointVector before = rig.applied;
-    rig.program.state = 4;
-    rig.stuck = rig.q;  // drives are off: whatever is sent, nothing moves
-    co_await pass(1min);
-    EXPECT_EQ(rig.applied, before);
-    co_await expect_state("armed", "holding");
-    Answer now = co_await ask("cell.status");
-    EXPECT_EQ(fault_of(*now), "");
-    EXPECT_THAT(now->at_pointer("/stream/reason").as_string().c_str(), HasSubstr("program is stopped"));
-    rig.stuck.reset();
-    rig.program.state = rsi::kProgramActive;
-    co_await pass(2s);
-    co_await expect_state("armed", "correcting");
-    EXPECT_EQ(rig.gain, 100);
-  });
-}
-
 TEST_F(AnArmedStream, IsRampedOutWhereItIsDisarmedAndThenCorrectsNothing) {
   play([this]() -> Wait {
     co_await armed();

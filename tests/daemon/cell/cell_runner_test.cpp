@@ -165,20 +165,6 @@ TEST_F(CellRunnerTest, WaitsNoLongerThanItsTimeout) {
   EXPECT_EQ(woken, TimePoint{10s});
 }
 
-TEST_F(CellRunnerTest, SaysSinceWhenADeviceIsWaitedFor) {
-  EXPECT_FALSE(runner.awaited_device());
-  pass(10s);
-  runner.apply(ConnectRequested{}, "");
-  pass(5s);
-  runner.apply(DeviceAwaited{CellDevice::Tracker, "it has to connect"}, "");
-  pass(7s);
-  const auto awaited = runner.awaited_device();
-  ASSERT_TRUE(awaited);
-  EXPECT_EQ(awaited->device, "tracker");
-  EXPECT_EQ(awaited->since, "1970-01-01T00:00:15.000Z");
-  EXPECT_EQ(awaited->reason, "it has to connect");
-}
-
 TEST_F(CellRunnerTest, TellsThatACampaignHasLostADeviceThatItPausesForItAndThatItIsBack) {
   runner.apply(CampaignStartRequested{"c1"}, "asked for by an operator");
   runner.await(CellDevice::Tracker, "tracker: it restarted");

@@ -254,10 +254,5 @@ TEST(ReportFindings, RefuseAMapThatIsNotAGrid) {
                   HasSubstr("prediction_uncertainty.maps[0].sigma_mm: expected a number for each x")));
 }
 
-TEST(ReportFindings, ShowTheNoiseThatWasTaken) {
-  EXPECT_THAT(render_html(telling_document()),
-              HasSubstr("0.010 mm along the beam, 0.0060 mm/m across it, repeatability 0.020 mm"));
-}
-
 }  // namespace
 }  // namespace truepose::report

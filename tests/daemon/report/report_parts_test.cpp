@@ -222,12 +222,5 @@ TEST(Iso9283Report, NamesTheMemberThatIsMissing) {
       testing::ThrowsMessage<std::invalid_argument>("ISO 9283 document: sets[0].AP: missing key 'p'"));
 }
 
-TEST(Iso9283Report, CanBeASectionOfACalibrationsPage) {
-  const json::object iso = iso_document(), document = sample_document(5, true);
-  const std::string html = render_html(document, {.iso9283 = &iso});
-  EXPECT_TRUE(parsed(html).select_node("//table[@class='iso9283']"));
-  EXPECT_THAT(html, HasSubstr("download=\"iso9283.json\""));
-}
-
 }  // namespace
 }  // namespace truepose::report

@@ -148,13 +148,6 @@ TEST(Report, EscapesHostileTexts) {
   EXPECT_EQ(text_of(page.select_node("//h1").node()), "</script><script>alert('1')</script>\"&\uFFFD");
 }
 
-TEST(Report, DrawsOneMarkerForEveryPointOfEveryStage) {
-  const pugi::xml_document page = parsed(render_html(full_document(30)));
-  // Markers carry a title. Validation has 4 stages and enlarges 3, identification has 3 and enlarges 2; four
-  // charts each.
-  EXPECT_EQ(page.select_nodes("//section[@class='points']//title").size(), 30u * 4u * (4 + 3 + 3 + 2));
-}
-
 TEST(Report, NamesTheMemberThatIsMissingOrOfTheWrongKind) {
   json::object document = full_document(6);
   document["validate"].as_object()["before"].as_object()["x"].as_object().erase("rms");
@@ -164,23 +157,6 @@ TEST(Report, NamesTheMemberThatIsMissingOrOfTheWrongKind) {
   document["points"].as_array()[3].as_object()["after"] = {1, 2};
   EXPECT_THAT([&] { render_html(document); }, testing::ThrowsMessage<std::invalid_argument>(
                                                   HasSubstr("points[3].after: expected 3 numbers, found 2")));
-}
-
-TEST(ReportText, IsTheTableForATerminal) {
-  json::object document = full_document(30);
-  document["validate"].as_object()["before"].as_object()["mean"] = 2.862;
-  document["validate"].as_object()["geometric"].as_object()["mean"] = 0.693;
-  document["validate"].as_object()["after"].as_object()["mean"] = 0.6;
-  document["remeasured"].as_object()["mean"] = 0.571;
-  const std::string text = render_text(document);
-  EXPECT_THAT(text, HasSubstr("Validation: 30 poses, 30 points\n"
-                              "  mm               before    geometric   all layers  compensated\n"
-                              "  mean              2.862        0.693        0.600        0.571\n"));
-  EXPECT_THAT(
-      text,
-      HasSubstr(
-          "Mean position error 2.862 mm -> 0.571 mm, 5.0 times more accurate. 5 of 6 geometric parameters"));
-  EXPECT_THAT(text, HasSubstr("\nVerdict: green. Use this model: the arm was driven by it"));
 }
 
 TEST(ReportText, SaysWhatNotToTrust) {

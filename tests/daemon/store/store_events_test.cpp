@@ -72,17 +72,6 @@ TEST_F(StoreEvents, ComeInPagesHoweverFewOfThemAreAskedFor) {
   EXPECT_THAT(numbers(store, {Topic::Cell}), ElementsAre(1'700));
 }
 
-TEST_F(StoreEvents, NothingIsMissingAfterADaemonThatEndedInOrder) {
-  {
-    Store store = open();
-    ASSERT_TRUE(store.begin_events(100));
-    ASSERT_TRUE(store.end_events({{event(5)}, {}, 20}));
-  }
-  Store store = open();
-  EXPECT_EQ(store.begin_events(100).value(), 101U);
-  EXPECT_THAT(store.event_gaps(1, 200).value(), IsEmpty());
-}
-
 TEST_F(StoreEvents, WhatADaemonThatWasKilledMayNotHaveKeptIsAGap) {
   {
     Store store = open();

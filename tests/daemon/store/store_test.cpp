@@ -395,29 +395,6 @@ TEST_F(StoreTest, KnowsWhichModelWasActiveBefore) {
   EXPECT_EQ(before(), "m2") << "before the one that a campaign activated";
 }
 
-TEST_F(StoreTest, KeepsWhoStartedACampaignAndWhatFor) {
-  Store store = open();
-  CampaignRecord record = campaign("c1");
-  record.started_by = "Anna";
-  record.note = "after the new gripper";
-  ASSERT_TRUE(store.begin_campaign(record));
-  EXPECT_EQ(store.campaign("c1").value()->started_by, "Anna");
-  EXPECT_EQ(store.campaigns().value().at(0).note, "after the new gripper");
-}
-
-TEST_F(StoreTest, KeepsSinceWhenTheStreamIsArmed) {
-  {
-    Store store = open();
-    EXPECT_EQ(store.armed_since().value(), "");
-    ASSERT_TRUE(store.keep_armed("2026-08-17T10:00:00Z"));
-    ASSERT_TRUE(store.keep_armed("2026-08-17T11:00:00Z"));
-  }
-  Store store = open();
-  EXPECT_EQ(store.armed_since().value(), "2026-08-17T11:00:00Z");
-  ASSERT_TRUE(store.keep_armed(""));
-  EXPECT_EQ(store.armed_since().value(), "");
-}
-
 TEST_F(StoreTest, SaysThatAFileCannotBeWritten) {
   using std::filesystem::perms;
   open();

@@ -59,25 +59,6 @@ TEST(Listen, PrintsOneDocument) {
   EXPECT_EQ(report.at_pointer("/senders/0/ipoc_step"), 4);
 }
 
-TEST(Listen, NamesTheElementsThatDiffer) {
-  const auto frame = [](std::uint64_t cycle) {
-    std::string other = good_frame(cycle);
-    return other.replace(other.find("<Tp "), 4, "<Tq ");
-  };
-  const Finished heard = listen_while(frame, {"--frames", "5", "--ethernet", kEthernet});
-  EXPECT_EQ(heard.exit_code, 1);
-  EXPECT_THAT(heard.out, AllOf(HasSubstr("unknown    Tq\n"),
-                               HasSubstr("missing    Tp.Ask Tp.Pro Tp.Mode Tp.Ov Tp.Cell\n")));
-}
-
-TEST(Listen, SaysWhyFramesAreNotUnderstood) {
-  const Finished heard =
-      listen_while([](std::uint64_t) { return "<Rob><IPOC>x</IPOC></Rob>"; }, {"--for", "0.3"});
-  EXPECT_EQ(heard.exit_code, 1);
-  EXPECT_THAT(heard.out, AllOf(HasSubstr("IPOC is not a number of the right kind (at byte"),
-                               HasSubstr("<Rob><IPOC>x</IPOC></Rob>")));
-}
-
 TEST(Listen, SaysThatNobodySends) {
   const Finished heard =
       run_program("truepose", {"listen", "127.0.0.1:" + std::to_string(unused_udp_port()), "--for", "0"});
@@ -92,12 +73,6 @@ TEST(Listen, NamesWhoHoldsThePort) {
   const Finished refused = run_program("truepose", {"listen", "127.0.0.1:" + port});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, AllOf(HasSubstr(port), HasSubstr("(process " + std::to_string(getpid()) + ")")));
-}
-
-TEST(Listen, NeedsAPort) {
-  const Finished refused = run_program("truepose", {"listen"});
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("give the port"));
 }
 
 }  // namespace

@@ -86,8 +86,6 @@ class ControllerTest : public testing::Test {
     listen();
   }
 
-  const JointVector home =
-      demo_cell().nominal.joint_count() == 6 ? controller_setup(demo_cell()).start : JointVector{};
   const JointVector target = deg(20, -80, 95, 0, 30, 0);
   Controller controller{setup()};
   std::vector<eki::Ack> acks;
@@ -122,42 +120,6 @@ TEST_F(ControllerTest, MovesAtTheProgrammedShareOfItsSpeed) {
   const double fast = duration(1, target, 100), slow = duration(2, target + deg(90, 0, 0, 0, 0, 0), 10);
   EXPECT_LT(fast, 3);
   EXPECT_NEAR(slow, 90 / 11.7, 1.2) << "and half a second of settling";
-}
-
-TEST_F(ControllerTest, AnswersARepeatedIdWithItsLastWordAndDoesNotMoveAgain) {
-  move(1, target);
-  pass(10s);
-  acks.clear();
-  move(1, home);
-  pass(10s);
-  EXPECT_THAT(states(acks), ElementsAre(AckState::InPosition));
-  EXPECT_TRUE(controller.axes().isApprox(target, 1e-6));
-}
-
-TEST_F(ControllerTest, RejectsATargetOutOfRangeWithoutMoving) {
-  JointVector out = target;
-  out[2] = 169 * kRadPerDeg;
-  move(1, out);
-  pass(10s);
-  EXPECT_THAT(states(acks), ElementsAre(AckState::Rejected));
-  EXPECT_EQ(controller.moves(), 0U);
-}
-
-TEST_F(ControllerTest, StopAbortsTheMotionAndRefusesFurtherOnesUntilReleased) {
-  move(1, target);
-  pass(300ms);
-  send(eki::ControlOp::Stop);
-  pass(1s);
-  EXPECT_EQ(acks.back().state, AckState::Aborted);
-  EXPECT_EQ(acks.back().error, static_cast<int>(eki::AckError::Stopped));
-  EXPECT_FALSE(controller.axes().isApprox(target, 1e-3));
-  move(2, target);
-  pass(10s);
-  EXPECT_EQ(acks.back().state, AckState::Rejected);
-  send(eki::ControlOp::ReleaseStop);
-  move(3, target);
-  pass(10s);
-  EXPECT_EQ(acks.back().state, AckState::InPosition);
 }
 
 TEST_F(ControllerTest, BrakesWhenTheLinkIsLostAndSaysSoToWhoAsksAgain) {
