@@ -4,7 +4,6 @@
 
 #include <boost/json.hpp>
 #include <pugixml.hpp>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -35,13 +34,6 @@ json::object document() { return printed_document(small_run().out).as_object(); 
 
 std::string page_of(const json::object& document) {
   return report::render_experiment_html(record::from_json<ExperimentDocument>(document).value());
-}
-
-/// The names of the rows of a table, each once.
-std::set<std::string> names(const json::object& of, const char* table, const char* name) {
-  std::set<std::string> all;
-  for (const json::value& row : of.at(table).as_array()) all.insert(row.at(name).as_string().c_str());
-  return all;
 }
 
 void expect_statistics(const json::value& statistics) {
