@@ -185,7 +185,7 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
        [](const OnlineArguments& x, const json::object&) { return save_recording(x.online, x.out); }},
       asks<rpc::RecordingList>("recording list", "recordings, newest first", {}, recordings_text),
       {"recording export", "recording.get", "copy a recording to a file",
-       {{"NAME", &a.id, "recording", {.required = true, .key = "name"}},
+       {{"NAME", &a.id, "recording", {.required = true}},
         {"--out", &a.out, "file", {.required = true, .file = FileUse::Written}}},
        [](const OnlineArguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); }},
 
@@ -203,7 +203,7 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
         {"JSON", &a.params, "its parameters, an object"}},
        call_method},
       {"report", "report.get", "errors before and after: a table, and a page to keep",
-       {{"ID", &a.report.campaign, "campaign; default: the newest that is done", {.key = "id"}},
+       {{"ID", &a.report.campaign, "campaign; default: the newest that is done"},
         {"--document", &a.report.document, "a calibration document (JSON) instead of the daemon's",
          {.excludes = {"ID", "--store"}, .file = FileUse::Read}},
         {"--store", &a.report.store, "the file of a store, or a copy of it, instead of a daemon",
