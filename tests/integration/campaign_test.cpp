@@ -20,13 +20,6 @@ namespace json = boost::json;
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// What the daemon answers. @throws std::runtime_error where it refuses
-json::value called(tools::RpcClient& client, const std::string& method, const json::object& params = {}) {
-  auto result = client.call(method, params);
-  if (!result) throw std::runtime_error{result.error().message};
-  return *std::move(result);
-}
-
 std::vector<control::Event> events_until_the_end(tools::RpcClient& client) {
   for (std::vector<control::Event> events;;) {
     auto event = client.next_event();

@@ -125,9 +125,7 @@ class Night {
 
  private:
   json::value ask(const std::string& method, const json::object& params = {}) {
-    auto answer = client_->call(method, params);
-    if (!answer) throw std::runtime_error{method + ": " + answer.error().message};
-    return *std::move(answer);
+    return called(*client_, method, params);
   }
   void listen() {
     client_.emplace(cell_.client());

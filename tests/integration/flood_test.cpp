@@ -93,12 +93,6 @@ std::uint64_t first_ipoc(const std::string& log) {
   return std::stoull(log.substr(at + before.size()));
 }
 
-json::value status_of(tools::RpcClient& client) {
-  auto status = client.call("stream.status", {});
-  if (!status) throw std::runtime_error{status.error().message};
-  return *std::move(status);
-}
-
 // p99 is printed and not judged here: the machine that runs the tests has other load. Each round is a quiet
 // block, a flooded one and a quiet one; how much the two quiet ones differ says what the ratio of the flooded
 // one is worth.
@@ -114,7 +108,8 @@ TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDr
   ASSERT_EQ(start.exit_code, 0) << start.err << cell.daemon().errors();
   const Clock::time_point started = Clock::now();
   tools::RpcClient client = cell.client();
-  await("the correction is ramped in", [&] { return status_of(client).at("state") != "ramping"; });
+  await("the correction is ramped in",
+        [&] { return called(client, "stream.status").at("state") != "ramping"; });
 
   const std::uint16_t port = cell.rsi_port();
   Flood flood{port, HostileDatagrams{20260519, first_ipoc(cell.daemon().errors()), started}};
@@ -137,7 +132,7 @@ TEST(AStreamUnderAFlood, KeepsItsStepsAnswersTheControllerAloneAndCountsWhatItDr
   const double after_MB = resident_MB(cell.daemon().pid());
 
   const std::uint64_t dropped = dropped_by_the_kernel(port) - dropped_before;
-  const json::value stream = status_of(client), rsi = cell.simulated().at("rsi");
+  const json::value stream = called(client, "stream.status"), rsi = cell.simulated().at("rsi");
   std::printf(
       "%llu hostile datagrams (%llu dropped by the kernel, %s counted as foreign), in blocks of %lld ms; p99 "
       "of "

@@ -40,18 +40,12 @@ struct Reported {
   }
 };
 
-json::value answer(tools::RpcClient& client, const std::string& method, const json::object& params = {}) {
-  auto result = client.call(method, params);
-  if (!result) throw std::runtime_error{method + ": " + result.error().message};
-  return *std::move(result);
-}
-
 /// Every reported point is in the store.
 void expect_kept(tools::RpcClient& client, const Reported& reported, const std::string& id) {
   std::set<std::int64_t> kept;
   for (std::size_t offset = 0;;) {
     const json::value page =
-        answer(client, "campaign.get", {{"id", id}, {"points_offset", offset}, {"points_limit", 50}});
+        called(client, "campaign.get", {{"id", id}, {"points_offset", offset}, {"points_limit", 50}});
     const json::array& points = page.at("points").as_array();
     for (const json::value& point : points) kept.insert(point.at("pose").as_int64());
     if (points.empty()) break;
@@ -64,16 +58,16 @@ void expect_kept(tools::RpcClient& client, const Reported& reported, const std::
 
 /// Goes on with the campaign that was interrupted, ends it, or begins another. @return its id
 std::string command(tools::RpcClient& client, Random& random) {
-  const json::value status = answer(client, "cell.status");
+  const json::value status = called(client, "cell.status");
   const json::array& interrupted = status.at("interrupted").as_array();
   EXPECT_LE(interrupted.size(), 1U);
   if (!interrupted.empty()) {
     const std::string id{interrupted.front().at("id").as_string()};
     const char* const method = random() % 8 == 0 ? "campaign.abort" : "campaign.resume";
-    return std::string{answer(client, method, {{"id", id}}).at("id").as_string()};
+    return std::string{called(client, method, {{"id", id}}).at("id").as_string()};
   }
   const json::object plan{{"identify_poses", 12}, {"validate_poses", 3}, {"remeasure", true}};
-  return std::string{answer(client, "campaign.start", plan).at("id").as_string()};
+  return std::string{called(client, "campaign.start", plan).at("id").as_string()};
 }
 
 /// @return the phase in which the campaign ended
@@ -102,16 +96,16 @@ TEST(ADaemonKilledAtAnyInstant, KeepsWhatItHasReportedAndResumesItsCampaigns) {
     const auto started = std::chrono::steady_clock::now();
     cell.start_daemon(test::power_may_be_cut(cell.store_file()));
     tools::RpcClient client = cell.client();
-    answer(client, "cell.status");
+    called(client, "cell.status");
     away_s.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count());
     if (!id.empty()) {
-      const json::value campaign = answer(client, "campaign.get", {{"id", id}}).at("campaign");
+      const json::value campaign = called(client, "campaign.get", {{"id", id}}).at("campaign");
       const json::value& state = campaign.at("state");
       EXPECT_TRUE(state == "interrupted" || state == "done" || state == "aborted") << campaign;
       done += state == "done";
       expect_kept(client, reported, id);
     }
-    answer(client, "events.subscribe", {{"topics", json::array{"measurement", "campaign"}}});
+    called(client, "events.subscribe", {{"topics", json::array{"measurement", "campaign"}}});
     // From the moment of the command on, which may itself not be answered any more.
     std::jthread killer{[&cell, after = std::chrono::milliseconds{random() % 4000}] {
       std::this_thread::sleep_for(after);
@@ -131,11 +125,11 @@ TEST(ADaemonKilledAtAnyInstant, KeepsWhatItHasReportedAndResumesItsCampaigns) {
 
   cell.start_daemon();
   tools::RpcClient client = cell.client();
-  const json::value left = answer(client, "cell.status");
+  const json::value left = called(client, "cell.status");
   for (const json::value& one : left.at("interrupted").as_array()) {
     const std::string last{one.at("id").as_string()};
-    answer(client, "events.subscribe", {{"topics", json::array{"measurement", "campaign"}}});
-    answer(client, "campaign.resume", {{"id", last}});
+    called(client, "events.subscribe", {{"topics", json::array{"measurement", "campaign"}}});
+    called(client, "campaign.resume", {{"id", last}});
     EXPECT_EQ(to_the_end(client, reported), "done") << cell.daemon().errors();
     expect_kept(client, reported, last);
   }

@@ -181,6 +181,13 @@ boost::json::value LiveCell::end_simulator() {
   return boost::json::parse(simulator_->output());
 }
 
+boost::json::value called(tools::RpcClient& client, const std::string& method,
+                          const boost::json::object& params) {
+  auto result = client.call(method, params);
+  if (!result) throw std::runtime_error{method + ": " + result.error().message};
+  return *std::move(result);
+}
+
 double number(const boost::json::value& value, const char* pointer) {
   return value.at_pointer(pointer).to_number<double>();
 }

@@ -93,6 +93,10 @@ class LiveCell {
   std::uint16_t rsi_port_ = free_udp_port();
 };
 
+/// What the daemon answers. @throws std::runtime_error where it refuses
+boost::json::value called(tools::RpcClient& client, const std::string& method,
+                          const boost::json::object& params = {});
+
 /// The number at a JSON pointer, which must be there.
 double number(const boost::json::value& value, const char* pointer);
 

@@ -108,9 +108,7 @@ class AToolCampaignOverTheRealProtocols : public testing::Test {
   }
   json::value called(const std::string& method, const json::object& params = {}) const {
     auto client = cell_.client();
-    auto result = client.call(method, params);
-    if (!result) throw std::runtime_error{result.error().message};
-    return *std::move(result);
+    return truepose::called(client, method, params);
   }
 
   LiveCell cell_;
