@@ -132,26 +132,6 @@ TEST_F(Iso9283, NamesACommandedPoseThatNoCycleCameTo) {
   EXPECT_NE(text_of(report).find(said), std::string::npos);
 }
 
-TEST_F(Iso9283, SaysWhenTheCyclesAreTooFewForTheStandard) {
-  const std::string few = data(Eigen::Isometry3d::Identity(), 10);
-  const json::object document = succeed({"--data", few, "--targets", targets()});
-  EXPECT_EQ(document.at("complete"), false);
-  EXPECT_EQ(document.at("frame"), "as given");
-  const Finished text = run_program("truepose", {"iso9283", "--data", few, "--targets", targets()});
-  EXPECT_NE(text.out.find("The standard asks for 30 cycles, and some poses have 10"), std::string::npos)
-      << text.out;
-}
-
-TEST_F(Iso9283, RefusesOneCycleAndMissingTargets) {
-  const std::string one = data(Eigen::Isometry3d::Identity(), 1);
-  const Finished run = run_program("truepose", {"iso9283", "--data", one, "--targets", targets()});
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_EQ(run.err, "truepose: " + one + ": P1: one cycle has no repeatability, at least 2 are needed\n");
-  EXPECT_EQ(run.out, "");
-  EXPECT_EQ(run_program("truepose", {"iso9283", "--data", one}).exit_code, 2);
-  EXPECT_EQ(run_program("truepose", {"iso9283"}).exit_code, 2);
-}
-
 TEST_F(Iso9283, RefusesPositionsInOtherUnitsOrColumns) {
   const auto refused = [&](const std::string& measured, const std::string& commanded,
                            const std::vector<std::string>& more = {}) {

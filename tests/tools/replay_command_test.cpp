@@ -82,12 +82,5 @@ TEST_F(TheReplayCommand, ReadsAFileThatWasCutOffUpToThereAndSaysSo) {
   EXPECT_EQ(json::parse(replayed.out).at_pointer("/stream/different"), 0);
 }
 
-TEST_F(TheReplayCommand, RefusesWhatIsNoRecording) {
-  const Finished refused = replay({file("truepose")});
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("life.pcapng: is no recording of truepose"));
-  EXPECT_EQ(replay({"none.pcapng"}).exit_code, 2);
-}
-
 }  // namespace
 }  // namespace truepose
