@@ -456,7 +456,7 @@ TEST_F(ControlCommands, OfATrailThatWasChangedMeanwhileStandAsAFaultUntilAnAdmin
   std::ofstream{audit_file()} << changed;
   Client admin{serve()};
   admin.hello();
-  on_loop([this] { EXPECT_THAT(counting_.standing.at("E_AUDIT"), HasSubstr("record 1 was changed")); });
+  on_loop([this] { EXPECT_THAT(counting_.standing.at("E_AUDIT"), HasSubstr("record 2 was changed")); });
   EXPECT_EQ(admin.code("audit.acknowledge", {{"name", "Anna Beer"}}), 0);
   on_loop([this] { EXPECT_FALSE(counting_.standing.contains("E_AUDIT")); });
 }
