@@ -21,9 +21,9 @@ class Payloads : public testing::Test {
       "payload_kg, payload_x, payload_y and payload_z of the points say it\n";
 
   /// @param carried  at one pose after the other, in turn
-  /// @param tells    whether the file says so
+  /// @param stated   whether the file says so
   std::string measured(const std::string& name, int poses, const std::vector<LinkMass>& carried,
-                       bool tells = true) {
+                       bool stated = true) {
     CalibratedCell truth{.robot = nominal_,
                          .base = {.p_mm = {3200, -1450, 780}, .rxyz_rad = {0.01, -0.02, 2.4}},
                          .reflectors = {{"1", {62, -48, 187}}}};
@@ -34,7 +34,7 @@ class Payloads : public testing::Test {
       point.payload = carried[data.points.size() % carried.size()];
       point.p_WS_mm =
           truth.predict(point) + 0.01 * Eigen::Vector3d(random_.normal(), random_.normal(), random_.normal());
-      if (!tells) point.payload.reset();
+      if (!stated) point.payload.reset();
     }
     std::ofstream out(folder_.path() / name);
     config::write_measurements(out, data, nominal_);
