@@ -35,6 +35,10 @@ constexpr double kStill_rad = 0.001 * kRadPerDeg;
 constexpr int kLooks = 5;
 constexpr Duration kBetweenLooks = 200ms;
 
+Duration until_tried_again() {
+  return planted("a lost device is tried every twenty seconds") ? 20 * kAgain : kAgain;
+}
+
 std::string mm(double value) { return formatted("%.2f mm", value); }
 
 Remedy remedy_of(drivers::RobotFault fault) {
@@ -136,8 +140,7 @@ CellDevices::Outcome<void> CellDevices::recover(DeviceError lost) {
     lost = outcome.error();
     if (reported != lost.detail) on_trouble_(lost.detail + "; trying again");
     reported = lost.detail;
-    const Duration pause = planted("a lost device is tried every twenty seconds") ? 20 * kAgain : kAgain;
-    co_await clock_.sleep_until(clock_.now() + pause);
+    co_await clock_.sleep_until(clock_.now() + until_tried_again());
   }
 }
 

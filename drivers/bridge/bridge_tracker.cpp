@@ -234,7 +234,7 @@ TrackerTask<bridge::Status> BridgeTracker::Session::begin() {
   if (!ended) co_return std::unexpected(ended.error());
   auto found = co_await status();
   if (!found) co_return found;
-  if (planted("the status of a bridge is ignored")) *found = {.locked = true, .reflector = reflector_};
+  if (planted("the status of a bridge is ignored")) found->locked = true, found->face = 0;
   if (found->reflector != reflector_) settings_unknown_ = true;
   const auto ensured = co_await ensure_settings();
   if (!ensured) co_return std::unexpected(ensured.error());
