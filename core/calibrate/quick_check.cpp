@@ -6,7 +6,7 @@
 #include "core/calibrate/outlier_rejection.hpp"
 #include "core/data/error_bounds.hpp"
 #include "core/diagnosis/explanation.hpp"
-#include "core/diagnosis/model_sanity.hpp"
+#include "core/diagnosis/unit_mistakes.hpp"
 #include "core/fit/measurement_model.hpp"
 #include "core/fit/robust_fit.hpp"
 #include "core/math/dense_algebra.hpp"

@@ -34,14 +34,7 @@ using Points = std::vector<Measurement>;
 /// Coordinates of no arm, many times farther from the middle than half of the points are.
 std::vector<bool> strays(const Points& points) {
   constexpr double kStray = 20;
-  Eigen::Vector3d middle;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Measurement& point : points) values.push_back(point.p_WS_mm[axis]);
-    middle[axis] = median(values);
-  }
-  std::vector<double> distances;
-  for (const Measurement& point : points) distances.push_back((point.p_WS_mm - middle).norm());
+  const std::vector<double> distances = distances_from_middle(points);
   const double most_mm = kStray * median(distances);
   std::vector<bool> strays;
   for (const double distance : distances) strays.push_back(distance > most_mm);
@@ -249,30 +242,33 @@ bool Diagnosis::is_better(const Hypothesis& best, double sigma_mm) const {
          is_worse(explanation(as_given_.fixed, with_links));
 }
 
-double Diagnosis::first_look(const std::vector<Mistake>& mistakes) const {
-  constexpr double kHopeless = std::numeric_limits<double>::infinity();
-  const ModelAndPoints next = with_fixes(mistakes);
-  const double rough_mm = rough_error(next, names_);
-  if (std::abs(rough_mm - rough_mm_) < kNoChange * rough_mm_) return kHopeless;
-  return rough_mm > kMostOfSpread * spread_mm(next.points) ? kHopeless : rough_mm;
-}
-
-std::vector<Hypothesis> Diagnosis::shortlist(const std::vector<std::vector<Mistake>>& tries,
-                                             double most_rough_mm) const {
-  std::vector<double> rough_mm(tries.size());
+std::vector<Look> Diagnosis::looks(const std::vector<std::vector<Mistake>>& tries) const {
+  std::vector<Look> looks(tries.size());
   parallel_for(static_cast<int>(tries.size()), jobs_, [&](int index) {
     const auto k = static_cast<std::size_t>(index);
-    rough_mm[k] = first_look(tries[k]);
+    const ModelAndPoints fixed = with_fixes(tries[k]);
+    const double rough_mm = rough_error(fixed, names_);
+    looks[k] = {.mistakes = tries[k],
+                .rough_mm = rough_mm,
+                .of_spread = rough_mm / spread_mm(fixed.points),
+                .changes = std::abs(rough_mm - rough_mm_) >= kNoChange * rough_mm_};
   });
-  if (tries.size() > kShortlist) {
-    std::vector<double> sorted = rough_mm;
+  return looks;
+}
+
+std::vector<Hypothesis> Diagnosis::shortlist(const std::vector<Look>& looks, double most_rough_mm) const {
+  std::vector<Look> followed;
+  std::ranges::copy_if(looks, std::back_inserter(followed), [&](const Look& look) {
+    return look.changes && look.of_spread <= kMostOfSpread && look.rough_mm <= most_rough_mm;
+  });
+  if (followed.size() > kShortlist) {
+    std::vector<double> sorted;
+    for (const Look& look : followed) sorted.push_back(look.rough_mm);
     std::ranges::nth_element(sorted, sorted.begin() + kShortlist - 1);
-    most_rough_mm = std::min(most_rough_mm, sorted[kShortlist - 1]);
+    std::erase_if(followed, [&](const Look& look) { return look.rough_mm > sorted[kShortlist - 1]; });
   }
   std::vector<Hypothesis> hypotheses;
-  for (std::size_t k = 0; k < tries.size(); ++k) {
-    if (std::isfinite(rough_mm[k]) && rough_mm[k] <= most_rough_mm) hypotheses.push_back({tries[k], {}, {}});
-  }
+  for (Look& look : followed) hypotheses.push_back({std::move(look.mistakes), {}, {}});
   parallel_for(static_cast<int>(hypotheses.size()), jobs_, [&](int index) {
     Hypothesis& next = hypotheses[static_cast<std::size_t>(index)];
     next.fixed = with_fixes(next.mistakes);
@@ -283,9 +279,8 @@ std::vector<Hypothesis> Diagnosis::shortlist(const std::vector<std::vector<Mista
   return hypotheses;
 }
 
-std::vector<Hypothesis> Diagnosis::explaining(const std::vector<std::vector<Mistake>>& tries,
-                                              double most_rough_mm) const {
-  std::vector<Hypothesis> hypotheses = shortlist(tries, most_rough_mm);
+std::vector<Hypothesis> Diagnosis::explaining(const std::vector<Look>& looks, double most_rough_mm) const {
+  std::vector<Hypothesis> hypotheses = shortlist(looks, most_rough_mm);
   if (hypotheses.empty()) return {};
   double least_mm = std::numeric_limits<double>::infinity();
   for (Hypothesis& each : hypotheses) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,7 +11,15 @@
 
 namespace truepose {
 
-/// One or two mistakes, and how well the points are explained once they are fixed.
+/// Mistakes and a first look at what is left once they are fixed, with base and reflectors alone fitted.
+struct Look {
+  std::vector<Mistake> mistakes;
+  double rough_mm = 0;
+  double of_spread = 0;  ///< over how far the points spread
+  bool changes = false;  ///< whether it differs from what the arm as given leaves
+};
+
+/// Mistakes, and how well the points are explained once they are fixed.
 struct Hypothesis {
   std::vector<Mistake> mistakes;
   ModelAndPoints fixed;  ///< with a sample of the points, and in place of what was open what was fitted
@@ -31,22 +40,22 @@ class Diagnosis {
 
   const Hypothesis& as_given() const { return as_given_; }
 
+  std::vector<Look> looks(const std::vector<std::vector<Mistake>>& tries) const;
+
   /// The hypotheses that explain the points, the first one all rows: the residual is next to zero, the fixed
   /// arm deviates no more than arms do, and the arm as given is not as good when it is fitted from the fixed
   /// arm's start. Simplest first; empty if the arm as given is right or no hypothesis explains the points.
   ///
   /// A mistake explains more than another if it leaves fewer misses or needs smaller deviations of the links.
-  std::vector<Hypothesis> explaining(const std::vector<std::vector<Mistake>>& hypotheses,
-                                     double most_rough_mm) const;
+  ///
+  /// @param most_rough_mm  of a look that is followed
+  std::vector<Hypothesis> explaining(const std::vector<Look>& looks,
+                                     double most_rough_mm = std::numeric_limits<double>::infinity()) const;
 
  private:
   ModelAndPoints with_fixes(const std::vector<Mistake>& mistakes) const;
-  /// Median error once the mistakes are fixed; infinite if the fix changes nothing or the hypothesis is
-  /// hopeless.
-  double first_look(const std::vector<Mistake>& mistakes) const;
   bool explains_all_rows(Hypothesis& hypothesis) const;
-  std::vector<Hypothesis> shortlist(const std::vector<std::vector<Mistake>>& hypotheses,
-                                    double most_rough_mm) const;
+  std::vector<Hypothesis> shortlist(const std::vector<Look>& looks, double most_rough_mm) const;
   bool is_better(const Hypothesis& best, double sigma_mm) const;
 
   const RobotModel& arm_;

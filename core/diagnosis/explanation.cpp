@@ -137,6 +137,18 @@ std::vector<double> misses(const CalibratedCell& cell, std::span<const Measureme
   return miss_mm;
 }
 
+std::vector<double> distances_from_middle(std::span<const Measurement> points) {
+  Eigen::Vector3d middle;
+  for (const int axis : {0, 1, 2}) {
+    std::vector<double> values;
+    for (const Measurement& point : points) values.push_back(point.p_WS_mm[axis]);
+    middle[axis] = median(std::move(values));
+  }
+  std::vector<double> distances;
+  for (const Measurement& point : points) distances.push_back((point.p_WS_mm - middle).norm());
+  return distances;
+}
+
 double rough_error(const ModelAndPoints& given, Names names) {
   constexpr int kIterations = 6;
   const CalibratedCell cell = placement(given.arm, names, given.points, PlacementSearch::Near);

@@ -26,6 +26,9 @@ struct Explanation {
 /// Distances of the points from where the cell's arm puts them.
 std::vector<double> misses(const CalibratedCell& cell, std::span<const Measurement> points);
 
+/// Distances of the points from their middle: the median of each coordinate.
+std::vector<double> distances_from_middle(std::span<const Measurement> points);
+
 /// Base, reflectors and what is open fitted to the better part of the points, so that a few outliers do not
 /// speak against the arm.
 CalibratedCell placed(const ModelAndPoints& given, std::span<const std::string> smr_names);

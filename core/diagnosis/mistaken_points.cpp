@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/diagnosis/mistakes.hpp"
+#include "core/diagnosis/unit_mistakes.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -37,7 +37,9 @@ std::vector<Measurement> shifted(std::span<const Measurement> points, int rows) 
 std::optional<std::string> wrong_columns(const CalibratedCell& cell, std::span<const Measurement> points,
                                          double most_mm) {
   const ModelAndPoints given{.arm = cell.robot, .points{points.begin(), points.end()}, .open = {}};
-  for (const Mistake& mistake : file_mistakes(cell.robot)) {
+  std::vector<Mistake> mistakes = measurement_unit_mistakes(cell.robot);
+  std::ranges::move(column_mistakes(cell.robot), std::back_inserter(mistakes));
+  for (const Mistake& mistake : mistakes) {
     if (mistake.file != MistakenFile::Measurements) continue;
     ModelAndPoints fixed = given;
     mistake.apply_fix(fixed);

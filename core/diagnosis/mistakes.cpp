@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/data/calibrated_cell.hpp"
-#include "core/data/other_units.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose {
@@ -47,18 +46,6 @@ Mistake of_joint(std::size_t i, std::string key, MistakeWords words, std::functi
   return mistake(
       MistakenFile::Robot, static_cast<int>(i), std::move(key), std::move(words),
       [i, apply_fix = std::move(apply_fix)](ModelAndPoints& given) { apply_fix(given.arm.joints[i]); });
-}
-
-Mistake of_file(std::string key, MistakeWords words, std::function<void(RobotModel&)> apply_fix) {
-  return mistake(MistakenFile::Robot, -1, std::move(key), std::move(words),
-                 [apply_fix = std::move(apply_fix)](ModelAndPoints& given) { apply_fix(given.arm); });
-}
-
-Mistake of_points(std::string columns, MistakeWords words, std::function<void(Measurement&)> apply_fix) {
-  return mistake(MistakenFile::Measurements, -1, std::move(columns), std::move(words),
-                 [apply_fix = std::move(apply_fix)](ModelAndPoints& given) {
-                   std::ranges::for_each(given.points, apply_fix);
-                 });
 }
 
 Mistake turned_sign(const Joint& joint, std::size_t i) {
@@ -118,61 +105,20 @@ void take_ahead(RobotModel& arm, double last_alpha_rad) {
 
 void add_shifted_rows(std::vector<Mistake>& mistakes) {
   constexpr double kRight = std::numbers::pi / 2;
-  mistakes.push_back(of_file("alpha",
-                             {"a and alpha stand one row too early, as in standard DH",
-                              "them one row later, the last ones in the flange"},
-                             take_behind));
+  mistakes.push_back(of_robot_file("alpha",
+                                   {"a and alpha stand one row too early, as in standard DH",
+                                    "them one row later, the last ones in the flange"},
+                                   take_behind));
   for (const double alpha : {0.0, kRight, -kRight}) {
     mistakes.push_back(
-        of_file("alpha",
-                {"a and alpha stand one row too late",
-                 "them one row earlier and a 0 mm, alpha " + degrees_text(alpha) + " in the last"},
-                [alpha](RobotModel& arm) { take_ahead(arm, alpha); }));
+        of_robot_file("alpha",
+                      {"a and alpha stand one row too late",
+                       "them one row earlier and a 0 mm, alpha " + degrees_text(alpha) + " in the last"},
+                      [alpha](RobotModel& arm) { take_ahead(arm, alpha); }));
   }
-}
-
-Mistake lengths_in(const char* unit, double mm) {
-  return of_file("a",
-                 {std::string("the lengths of the robot file are in ") + unit + ", not mm", "them converted"},
-                 [mm](RobotModel& arm) {
-                   for (Joint& joint : arm.joints) {
-                     joint.a_mm *= mm;
-                     joint.d_mm *= mm;
-                   }
-                   arm.X_flange.translation() *= mm;
-                 });
-}
-
-Mistake points_in(const char* unit, double mm) {
-  return of_points("x, y, z", {std::string("the points are in ") + unit + ", not mm", "them converted"},
-                   [mm](Measurement& point) { point.p_WS_mm *= mm; });
-}
-
-void add_robot_units(std::vector<Mistake>& mistakes) {
-  mistakes.push_back(of_file("alpha", {"the angles of the robot file are in rad, not deg", "them converted"},
-                             [](RobotModel& arm) {
-                               for (Joint& joint : arm.joints) {
-                                 for (double* angle : {&joint.alpha_rad, &joint.theta_rad, &joint.beta_rad})
-                                   *angle *= kDegPerRad;
-                               }
-                             }));
-  for (const auto& [unit, mm] : kOtherUnits) mistakes.push_back(lengths_in(unit, mm));
 }
 
 // ---- Columns of the measurements
-
-void add_point_units(const RobotModel& robot, std::vector<Mistake>& mistakes) {
-  std::vector<Eigen::Index> turning;
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    if (turns(robot.joints[i])) turning.push_back(static_cast<Eigen::Index>(i));
-  }
-  mistakes.push_back(of_points("q1",
-                               {"the joint angles of the measurements are in rad, not deg", "them converted"},
-                               [turning](Measurement& point) {
-                                 for (const Eigen::Index i : turning) point.q[i] *= kDegPerRad;
-                               }));
-  for (const auto& [unit, mm] : kOtherUnits) mistakes.push_back(points_in(unit, mm));
-}
 
 void add_columns(const RobotModel& robot, std::vector<Mistake>& mistakes) {
   for (Eigen::Index i = 0; i < robot.joint_count(); ++i) {
@@ -299,10 +245,16 @@ void add_open_length(std::size_t i, LinkEntry entry, const std::string& key, std
 
 }  // namespace
 
-std::vector<Mistake> robot_unit_mistakes() {
-  std::vector<Mistake> mistakes;
-  add_robot_units(mistakes);
-  return mistakes;
+Mistake of_robot_file(std::string key, MistakeWords words, std::function<void(RobotModel&)> apply_fix) {
+  return mistake(MistakenFile::Robot, -1, std::move(key), std::move(words),
+                 [apply_fix = std::move(apply_fix)](ModelAndPoints& given) { apply_fix(given.arm); });
+}
+
+Mistake of_points(std::string columns, MistakeWords words, std::function<void(Measurement&)> apply_fix) {
+  return mistake(MistakenFile::Measurements, -1, std::move(columns), std::move(words),
+                 [apply_fix = std::move(apply_fix)](ModelAndPoints& given) {
+                   std::ranges::for_each(given.points, apply_fix);
+                 });
 }
 
 std::vector<Mistake> sign_mistakes(const RobotModel& robot) {
@@ -344,16 +296,18 @@ std::vector<Mistake> open_mistakes(const RobotModel& robot) {
   return mistakes;
 }
 
-std::vector<Mistake> file_mistakes(const RobotModel& robot) {
+std::vector<Mistake> convention_mistakes() {
   std::vector<Mistake> mistakes;
   add_shifted_rows(mistakes);
-  add_point_units(robot, mistakes);
+  return mistakes;
+}
+
+std::vector<Mistake> column_mistakes(const RobotModel& robot) {
+  std::vector<Mistake> mistakes;
   add_columns(robot, mistakes);
   add_couplings(robot, mistakes);
   return mistakes;
 }
-
-std::vector<Mistake> metres_for_mm() { return {lengths_in("m", kMmPerMetre), points_in("m", kMmPerMetre)}; }
 
 std::vector<Mistake> sign_set_mistakes(const RobotModel& robot) {
   std::vector<Mistake> mistakes;

@@ -37,6 +37,12 @@ struct Mistake {
   bool needs_manual_fix = false;  ///< no file can be written that is right: the remedy says what to do
 };
 
+/// A mistake of all rows of the robot file alike.
+Mistake of_robot_file(std::string key, MistakeWords words, std::function<void(RobotModel&)> apply_fix);
+
+/// A mistake of all points alike.
+Mistake of_points(std::string columns, MistakeWords words, std::function<void(Measurement&)> apply_fix);
+
 /// Each joint turning the other way.
 std::vector<Mistake> sign_mistakes(const RobotModel& robot);
 
@@ -50,15 +56,11 @@ std::vector<Mistake> row_mistakes(const RobotModel& robot);
 /// A zero or a length that is off by any amount, which is left open.
 std::vector<Mistake> open_mistakes(const RobotModel& robot);
 
-/// Angles and lengths of the robot file in other units.
-std::vector<Mistake> robot_unit_mistakes();
+/// A robot file by another convention: a and alpha one row too early, as in standard DH, or too late.
+std::vector<Mistake> convention_mistakes();
 
-/// What else concerns a whole file: its convention, the measurements' units, its columns, its joints' order
-/// and coupling.
-std::vector<Mistake> file_mistakes(const RobotModel& robot);
-
-/// Robot file and points both in metres.
-std::vector<Mistake> metres_for_mm();
+/// Columns of the measurements swapped, and joints shown against the one before.
+std::vector<Mistake> column_mistakes(const RobotModel& robot);
 
 /// Two and more joints turning the other way (two alone beyond eight joints), the fewest first.
 std::vector<Mistake> sign_set_mistakes(const RobotModel& robot);

@@ -7,15 +7,14 @@
 
 #include "core/data/error_bounds.hpp"
 #include "core/diagnosis/diagnosis.hpp"
-#include "core/diagnosis/difference_as_sets.hpp"
 #include "core/diagnosis/failure_pattern.hpp"
-#include "core/diagnosis/from_a_row_on.hpp"
+#include "core/diagnosis/mistake_search.hpp"
 #include "core/diagnosis/reflector_labels.hpp"
 #include "core/diagnosis/row_order.hpp"
+#include "core/diagnosis/unit_mistakes.hpp"
 #include "core/fit/measurement_model.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
-#include "core/math/parallel.hpp"
 #include "core/math/statistics.hpp"
 
 namespace truepose {
@@ -28,14 +27,12 @@ constexpr double kBetterOfSeveral = 5;         // times: reflectors whose names 
 constexpr std::size_t kPosesToJudge = 8;       // with fewer, chance and a failed fit explain as much
 constexpr std::size_t kPoses = 40;             // tell a gross mistake as well as more would
 constexpr std::size_t kPosesToIdentify = 150;  // tell a hidden one
-constexpr std::size_t kTriedInAnyOrder = 8;    // mistakes: with 4, two of 30 right ones are missed
 constexpr double kExplained = 0.1;             // what is left of the error once the links are identified
 constexpr double kManyGrossErrors =
     0.25;                     // part of the points: without a reason no arm is refused for so few
 constexpr double kHides = 3;  // times: what a hidden mistake may leave with base and reflectors alone
 
 using Points = std::vector<Measurement>;
-using Tries = std::vector<std::vector<Mistake>>;
 
 std::string mm_text(double mm) {
   const int decimals = mm < 1 ? 2 : mm < 10 ? 1 : 0;
@@ -47,67 +44,6 @@ ProbableCause with_errors(ProbableCause cause, double error_mm, const char* whic
   cause.sentence += std::string(" the ") + which + " error falls from " + mm_text(error_mm) + " to " +
                     mm_text(cause.fixed_mm);
   return cause;
-}
-
-Tries alone(const std::vector<Mistake>& mistakes) {
-  Tries tries;
-  for (const Mistake& mistake : mistakes) tries.push_back({mistake});
-  return tries;
-}
-
-void append(std::vector<Mistake>& all, std::vector<Mistake> more) {
-  std::ranges::move(more, std::back_inserter(all));
-}
-
-/// Mistakes without an unknown value, in the order of their fixes: the units of a robot file, mistakes in one
-/// of its rows, then in whole files.
-std::vector<Mistake> closed_mistakes(const RobotModel& arm) {
-  std::vector<Mistake> mistakes = robot_unit_mistakes();
-  append(mistakes, row_mistakes(arm));
-  append(mistakes, file_mistakes(arm));
-  return mistakes;
-}
-
-/// Mistakes that can be combined: then those with an unknown value, then the order of the rows, judged with
-/// all others fixed.
-std::vector<Mistake> all_mistakes(const RobotModel& arm, std::span<const std::string> names) {
-  std::vector<Mistake> mistakes = closed_mistakes(arm);
-  append(mistakes, open_mistakes(arm));
-  append(mistakes, row_order_mistakes(names));
-  return mistakes;
-}
-
-Tries pairs_of(const std::vector<Mistake>& mistakes) {
-  Tries tries;
-  for (std::size_t i = 0; i < mistakes.size(); ++i) {
-    for (std::size_t k = i + 1; k < mistakes.size(); ++k) {
-      const Mistake &a = mistakes[i], &b = mistakes[k];
-      const bool same_value = a.file == MistakenFile::Robot && a.joint == b.joint && a.key == b.key;
-      const bool both_signs = a.key == "sign" && b.key == "sign";  // a set of signs
-      const bool both_orders = a.needs_all_rows && b.needs_all_rows;
-      if (!same_value && !both_signs && !both_orders) tries.push_back({a, b});
-    }
-  }
-  return tries;
-}
-
-/// Those with which joints and points agree best as sets, each with the rows in any order.
-Tries likeliest_in_any_order(const std::vector<Mistake>& mistakes, const RobotModel& nominal,
-                             const MeasurementData& data, int jobs) {
-  std::vector<double> difference_mm(mistakes.size());
-  parallel_for(static_cast<int>(mistakes.size()), jobs, [&](int index) {
-    const auto k = static_cast<std::size_t>(index);
-    ModelAndPoints fixed{.arm = nominal, .points = data.points, .open = {}};
-    mistakes[k].apply_fix(fixed);
-    difference_mm[k] = difference_as_sets(fixed.arm, data.smr_names.size(), fixed.points);
-  });
-  std::vector<std::size_t> likeliest(mistakes.size());
-  std::iota(likeliest.begin(), likeliest.end(), 0);
-  std::ranges::stable_sort(likeliest, {}, [&](std::size_t k) { return difference_mm[k]; });
-  likeliest.resize(std::min(likeliest.size(), kTriedInAnyOrder));
-  Tries tries;
-  for (const std::size_t k : likeliest) tries.push_back({mistakes[k], unordered_rows(data.smr_names)});
-  return tries;
 }
 
 ProbableCause cause_of(const std::vector<Hypothesis>& explaining, const RobotModel& nominal,
@@ -163,27 +99,6 @@ std::optional<ProbableCause> probable_cause(const std::vector<Hypothesis>& expla
   return std::nullopt;
 }
 
-/// A mistake that shows with base and reflectors alone.
-std::optional<ProbableCause> gross_mistake(const Diagnosis& diagnosis, const RobotModel& nominal,
-                                           const MeasurementData& data, int jobs) {
-  constexpr double kAny = std::numeric_limits<double>::infinity();
-  const std::vector<Mistake> mistakes = all_mistakes(nominal, data.smr_names);
-  std::vector<Mistake> single = mistakes;
-  append(single, sign_set_mistakes(nominal));
-  append(single, mistakes_from_a_row_on(data.smr_names));
-  // Any order fits more than any mistake does, and so is thought of where no single one explains the points.
-  const Mistake unordered = unordered_rows(data.smr_names);
-  auto explaining = diagnosis.explaining(alone(single), kAny);
-  if (explaining.empty()) explaining = diagnosis.explaining({{unordered}}, kAny);
-  // Two mistakes at once put an arm far from its points.
-  if (explaining.empty() && diagnosis.as_given().explanation.coarse_mm < kMaxArmError_mm) return std::nullopt;
-  if (explaining.empty()) explaining = diagnosis.explaining(pairs_of(mistakes), kAny);
-  if (explaining.empty())
-    explaining =
-        diagnosis.explaining(likeliest_in_any_order(closed_mistakes(nominal), nominal, data, jobs), kAny);
-  return probable_cause(explaining, diagnosis, nominal, data);
-}
-
 /// A mistake that hardly shows before the links are identified: a reflector near an axis does not see which
 /// way its joint turns.
 std::optional<ProbableCause> hidden_mistake(const RobotModel& nominal, const MeasurementData& data,
@@ -191,10 +106,11 @@ std::optional<ProbableCause> hidden_mistake(const RobotModel& nominal, const Mea
   const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPosesToIdentify, jobs);
   const Explanation& given = diagnosis.as_given().explanation;
   if (given.error_mm() < kDetectable_mm && given.share_missed() < kGrossErrors) return std::nullopt;
-  std::vector<Mistake> mistakes = sign_mistakes(nominal);
-  append(mistakes, zero_mistakes(nominal));
-  append(mistakes, row_order_mistakes(data.smr_names));
-  const auto explaining = diagnosis.explaining(alone(mistakes), kHides * given.coarse_mm);
+  std::vector<std::vector<Mistake>> tries;
+  for (const auto& mistakes :
+       {sign_mistakes(nominal), zero_mistakes(nominal), row_order_mistakes(data.smr_names)})
+    for (const Mistake& mistake : mistakes) tries.push_back({mistake});
+  const auto explaining = diagnosis.explaining(diagnosis.looks(tries), kHides * given.coarse_mm);
   return probable_cause(explaining, diagnosis, nominal, data);
 }
 
@@ -237,32 +153,31 @@ bool holds_its_flange(const RobotModel& robot, const Points& points) {
   });
 }
 
-/// Farther the flange is not from the base, whatever the revolute joints do.
-double reach_mm(const RobotModel& robot) {
-  double reach_mm = robot.X_flange.translation().norm();
-  for (const Joint& joint : robot.joints) reach_mm += std::abs(joint.a_mm) + std::abs(joint.d_mm);
-  return reach_mm;
-}
-
-/// Robot file and points in metres fit each other, and no arm.
+/// Robot file and points in metres fit each other, and no arm. Angles may be in rad besides.
 std::optional<ProbableCause> all_in_metres(const RobotModel& nominal, const MeasurementData& data) {
   if (!has_no_reach(nominal)) return std::nullopt;
   ModelAndPoints fixed{.arm = nominal, .points = data.points, .open = {}};
-  const std::vector<Mistake> mistakes = metres_for_mm();
+  const UnitMistakes units = units_by_magnitude(nominal, data.points);
+  if (units.measurements.empty() || units.measurements.back().key != "x, y, z") return std::nullopt;
+  std::vector<Mistake> mistakes = units.robot;
+  mistakes.insert(mistakes.end(), units.measurements.begin(), units.measurements.end());
   for (const Mistake& mistake : mistakes) mistake.apply_fix(fixed);
   const double left_mm =
       Diagnosis(fixed.arm, data.smr_names, fixed.points, kPoses).as_given().explanation.coarse_mm;
   if (left_mm > kMaxArmError_mm) return std::nullopt;
-  return ProbableCause{.error_mm = left_mm,
-                       .fixed_mm = left_mm,
-                       .sentence =
-                           "the lengths of the robot file and the points are in m, not mm: as they "
-                           "stand the arm reaches no farther than " +
-                           mm_text(reach_mm(nominal)),
-                       .also_fits = {},
-                       .mistakes = mistakes,
-                       .fixed_arm = fixed.arm,
-                       .fixed_points = fixed.points};
+  std::string wrong = "the lengths of the robot file and the points are in m, not mm";
+  for (const Mistake& mistake : mistakes) {
+    if (mistake.key != "a" && mistake.key != "x, y, z")
+      wrong += " and " + mistake.words(nominal, fixed).wrong;
+  }
+  return ProbableCause{
+      .error_mm = left_mm,
+      .fixed_mm = left_mm,
+      .sentence = wrong + ": as they stand the arm reaches no farther than " + mm_text(reach_mm(nominal)),
+      .also_fits = {},
+      .mistakes = mistakes,
+      .fixed_arm = fixed.arm,
+      .fixed_points = fixed.points};
 }
 
 ProbableCause unexplained(const RobotModel& nominal, const Hypothesis& as_given) {
@@ -288,11 +203,6 @@ std::string in_words(const ProbableCause& cause) {
   return words;
 }
 
-bool has_no_reach(const RobotModel& robot) {
-  constexpr double kNoArm_mm = 20;  // the smallest arms reach ten times as far
-  return reach_mm(robot) < kNoArm_mm;
-}
-
 std::optional<ProbableCause> diagnose_files(const RobotModel& nominal, const MeasurementData& data,
                                             int jobs) {
   if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
@@ -302,7 +212,8 @@ std::optional<ProbableCause> diagnose_files(const RobotModel& nominal, const Mea
   const Explanation& given = diagnosis.as_given().explanation;
   const bool off = given.coarse_mm > kDeviates_mm && !merely_deviates(given, kGrossErrors);
   if (off) {
-    if (auto gross = gross_mistake(diagnosis, nominal, data, jobs)) return gross;
+    const auto explaining = gross_mistakes(diagnosis, nominal, data, jobs);
+    if (auto gross = probable_cause(explaining, diagnosis, nominal, data)) return gross;
   }
   const bool held = holds_its_flange(nominal, data.points);
   if (!held || given.coarse_mm > kDeviates_mm) {

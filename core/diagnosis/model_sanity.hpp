@@ -26,16 +26,13 @@ struct ProbableCause {
 /// The sentence, and what else it may be.
 std::string in_words(const ProbableCause& cause);
 
-/// Whether an arm reaches next to nowhere, as one whose lengths are in metres.
-bool has_no_reach(const RobotModel& robot);
-
 /// Distinguishes wrong files from an arm that merely deviates.
 ///
 /// Where base and reflectors alone leave more than 5 mm and no usual deviations of the links explain it,
-/// mistakes are tried alone and, where none explains the points, in pairs, then one together with rows in any
-/// order; where the identified arm leaves more than a tracker does, those that hardly show before: a sign, a
-/// zero or rows out of step, with a reflector near an axis or poses along a path. A mistake is reported only
-/// if Diagnosis::explaining() returns it. Without one, an arm with an error above 50 mm is refused. A mistake
+/// gross_mistakes() seeks them: units by magnitude, mistakes alone, then one more given the fixes found;
+/// where the identified arm leaves more than a tracker does, those that hardly show before: a sign, a zero or
+/// rows out of step, with a reflector near an axis or poses along a path. A mistake is reported only if
+/// Diagnosis::explaining() returns it. Without one, an arm with an error above 50 mm is refused. A mistake
 /// that no pose shows, as the sign of an axis right through the only reflector, is not found and does no
 /// harm. Lengths and points both in metres fit each other: such an arm is detected by its tiny reach.
 ///

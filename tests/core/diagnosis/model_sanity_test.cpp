@@ -90,6 +90,44 @@ TEST(ModelSanity, NamesFilesThatAreBothInMetres) {
   }
 }
 
+TEST(ModelSanity, NamesRadiansTogetherWithMetres) {
+  Random random{63};
+  MeasurementData data = readings(example::with_paper_errors(example::kr210()), 30, random);
+  for (Measurement& point : data.points) {
+    point.p_WS_mm /= 1000;
+    point.q *= kRadPerDeg;
+  }
+  EXPECT_THAT(
+      sentence(diagnose_files(example::kr210(), data)),
+      testing::StartsWith("the joint angles of the measurements are in rad, not deg and the points are "
+                          "in m, not mm: with them converted and them converted"));
+  RobotModel in_metres = example::kr210();
+  for (Joint& joint : in_metres.joints) {
+    joint.a_mm /= 1000;
+    joint.d_mm /= 1000;
+  }
+  EXPECT_THAT(
+      sentence(diagnose_files(in_metres, data)),
+      testing::StartsWith("the lengths of the robot file and the points are in m, not mm and the joint "
+                          "angles of the measurements are in rad, not deg: as they stand"));
+}
+
+TEST(ModelSanity, NamesStandardDhTogetherWithRadiansOfTheRobotFile) {
+  Random random{64};
+  RobotModel robot = example::ur10();
+  const MeasurementData data = readings(example::deviating(robot, random, 0.5, 1e-3), 40, random);
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const Joint next = i + 1 < robot.joints.size() ? robot.joints[i + 1] : Joint{};
+    robot.joints[i].a_mm = next.a_mm;
+    robot.joints[i].alpha_rad = next.alpha_rad * kRadPerDeg;
+    robot.joints[i].theta_rad *= kRadPerDeg;
+  }
+  EXPECT_THAT(
+      sentence(diagnose_files(robot, data)),
+      testing::StartsWith("the angles of the robot file are in rad, not deg and a and alpha stand one "
+                          "row too early, as in standard DH: "));
+}
+
 TEST(ModelSanity, NeverSuspectsAnArmThatMerelyDeviates) {
   Random random{3};
   for (int trial = 0; trial < (all_trials() ? 200 : 40) / kShare; ++trial) {
