@@ -17,7 +17,7 @@ namespace truepose::net {
 template <class T>
 using Result = std::expected<T, boost::system::error_code>;
 
-/// Where connections arrive. They wait from its start on, for whoever accepts.
+/// Where connections arrive. From its start on they wait until they are accepted.
 class Listener {
  public:
   virtual ~Listener() = default;
