@@ -11,7 +11,7 @@ namespace {
 
 /// What the options of every driver have.
 template <class Options>
-Options options_of(const config::TrackerConfig& config, drivers::WireTap tap) {
+Options options_of(const config::TrackerConfig& config, drivers::WireTap tap, net::MakeStream stream) {
   Options options;
   options.host = config.address.host;
   options.port = config.address.port;
@@ -20,6 +20,7 @@ Options options_of(const config::TrackerConfig& config, drivers::WireTap tap) {
   options.initialise_again = config.reinitialise_after;
   options.air = config::air_source(config);
   options.tap = std::move(tap);
+  options.stream = std::move(stream);
   return options;
 }
 
@@ -27,16 +28,19 @@ Options options_of(const config::TrackerConfig& config, drivers::WireTap tap) {
 
 std::unique_ptr<drivers::TimedTracker> cell_tracker(const config::TrackerConfig& config,
                                                     boost::asio::any_io_executor executor,
-                                                    drivers::Clock& clock, drivers::WireTap tap) {
+                                                    drivers::Clock& clock, drivers::WireTap tap,
+                                                    net::MakeStream stream) {
   switch (config.protocol) {
     case config::TrackerProtocol::Bridge:
       return std::make_unique<drivers::BridgeTracker>(
-          std::move(executor), clock, options_of<drivers::BridgeOptions>(config, std::move(tap)));
+          std::move(executor), clock,
+          options_of<drivers::BridgeOptions>(config, std::move(tap), std::move(stream)));
     case config::TrackerProtocol::Emscon:
       break;
   }
-  return std::make_unique<drivers::EmsconTracker>(std::move(executor), clock,
-                                                  options_of<drivers::EmsconOptions>(config, std::move(tap)));
+  return std::make_unique<drivers::EmsconTracker>(
+      std::move(executor), clock,
+      options_of<drivers::EmsconOptions>(config, std::move(tap), std::move(stream)));
 }
 
 }  // namespace truepose::daemon

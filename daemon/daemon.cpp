@@ -1,15 +1,9 @@
 #include "daemon/daemon.hpp"
 
-#include <signal.h>
-
 #include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/signal_set.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <expected>
-#include <memory>
 #include <type_traits>
+#include <utility>
 
 #include "daemon/cell/daemon_cell.hpp"
 #include "daemon/cell_tracker.hpp"
@@ -100,9 +94,10 @@ drivers::RsiLinkOptions link_options(const config::StreamConfig& stream, std::ui
 }
 
 /// The ring that is recorded into. A disk that has no room for it is no reason to let the arm stand.
-std::unique_ptr<Ring> recording_ring(const config::RecordingConfig& config) {
+std::unique_ptr<Ring> recording_ring(const config::RecordingConfig& config,
+                                     std::chrono::system_clock::time_point now) {
   const RecordingFolder folder{config};
-  const auto left = save_left_behind(folder, control::rfc3339(std::chrono::system_clock::now()));
+  const auto left = save_left_behind(folder, control::rfc3339(now));
   if (!left) log_warning("what the daemon before this one recorded is lost: " + left.error());
   if (left && !left->empty())
     log_warning("the daemon before this one was killed; what it had recorded is in " + left->string());
@@ -114,9 +109,9 @@ std::unique_ptr<Ring> recording_ring(const config::RecordingConfig& config) {
 }
 
 /// UTC of the clock's 0, ns since 1970.
-std::int64_t clock_origin_ns(const drivers::Clock& clock) {
-  const auto utc = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::nanoseconds{utc}.count() - drivers::nanoseconds_of(clock.now());
+std::int64_t clock_origin_ns(const Machine& machine) {
+  const auto utc = machine.wall_clock().time_since_epoch();
+  return std::chrono::nanoseconds{utc}.count() - drivers::nanoseconds_of(machine.clock.now());
 }
 
 recording::Endpoint listens_at(const config::StreamConfig& stream) {
@@ -124,69 +119,88 @@ recording::Endpoint listens_at(const config::StreamConfig& stream) {
       .value_or(recording::Endpoint{});
 }
 
-/// Whether the daemon was started to outlive its terminal (nohup).
-bool outlives_its_terminal() {
-  struct sigaction hangup {};
-  return ::sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
-}
-
 /// Everything that runs, in the order in which it is started; taken down in the reverse order.
-class Daemon {
+class CellDaemon final : public Daemon {
  public:
-  /// @param runtime  the cell's runtime folder; empty: none
-  Daemon(const config::CellConfig& config, const fs::path& runtime)
-      : config_{config},
+  CellDaemon(Machine machine, const config::CellConfig& config, const fs::path& runtime)
+      : machine_{std::move(machine)},
+        config_{config},
         store_lock_{
             started(LockFile::take(lock_of_store(config.store), "the store " + config.store.string()))},
         runtime_lock_{lock_of_runtime(runtime)},
         recording_lock_{lock_of_recordings(config.recording.folder)},
         store_{kept(Store::open(config.store))},
-        events_{event_numbers(), [] { return std::chrono::system_clock::now(); }, &store_},
+        events_{event_numbers(), machine_.wall_clock, &store_},
         peer_{rsi_peer(config.robot)},
         stream_memory_{stream_memory(runtime)},
         stream_{started(StreamCycle::create(config.robot.model,
                                             started(read_ethernet(config.stream.ethernet_xml)),
                                             stream_options(config, peer_), stream_memory_.get()))},
-        recorder_{recording_ring(config.recording), clock_, clock_origin_ns(clock_),
-                  listens_at(config.stream)},
+        recorder_{recording_ring(config.recording, machine_.wall_clock()), machine_.clock,
+                  clock_origin_ns(machine_), listens_at(config.stream)},
         recorded_stream_{*stream_, *stream_memory_, recorder_.exchanges()},
-        robot_{io_.get_executor(),
-               clock_,
+        robot_{machine_.io,
+               machine_.clock,
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
                 config.robot.model.joint_count(), recorder_.tap(recording::Wire::EkiLink),
-                recorder_.tap(recording::Wire::EkiState)}},
-        tracker_{cell_tracker(config.tracker, io_.get_executor(), clock_,
-                              recorder_.tap(recording::Wire::Tracker))},
-        cell_{{io_.get_executor(), config_, robot_, *tracker_, clock_, *stream_, store_, store_thread_,
-               compute_thread_, events_, recorder_, recorder_thread_,
-               [] { return std::chrono::system_clock::now(); }, [this] { return link_->scheduling(); }}},
-        link_{started(drivers::RsiLink::start(link_options(config.stream, peer_), recorded_stream_))},
+                recorder_.tap(recording::Wire::EkiState), machine_.network.stream}},
+        tracker_{cell_tracker(config.tracker, machine_.io, machine_.clock,
+                              recorder_.tap(recording::Wire::Tracker), machine_.network.stream)},
+        cell_{{machine_.io, config_, robot_, *tracker_, machine_.clock, *stream_, store_,
+               machine_.store_thread, machine_.compute_thread, events_, recorder_, machine_.recorder_thread,
+               machine_.wall_clock, [this] { return link_->scheduling(); }}},
+        link_{started(machine_.start_rsi_link(link_options(config.stream, peer_), recorded_stream_))},
         server_{started(ControlServer::start(
-            io_.get_executor(),
-            {clock_, [] { return std::chrono::system_clock::now(); }, cell_, events_,
-             [](const std::string& sentence) { log_warning(sentence); }, store_thread_,
+            machine_.io,
+            {machine_.clock, machine_.wall_clock, cell_, events_,
+             [](const std::string& sentence) { log_warning(sentence); }, machine_.store_thread,
              runtime.empty() ? fs::path{} : runtime / "control.sock", access_file_of(config.store),
-             audit_file_of(config.store), &store_, [](const std::string& sentence) { log_info(sentence); }},
+             audit_file_of(config.store), &store_, [](const std::string& sentence) { log_info(sentence); },
+             machine_.network},
             config.control, config.name))} {
-    if (!outlives_its_terminal()) signals_.add(SIGHUP);
     web_ = start_web();
     read_log([this](LogLevel level, std::string_view line) {
       events_.publish(rpc::LogLine{.level = std::string{name(level)}, .text = std::string{line}},
                       level == LogLevel::Info ? Keep::Passing : Keep::Lasting);
     });
   }
-  ~Daemon() { read_log({}); }
+  ~CellDaemon() override {
+    read_log({});
+    join_workers();  // their jobs use the store and the recorder
+  }
 
-  void run() {
+  asio::awaitable<void> live(asio::awaitable<void> end) override {
     // Only now that the ports are ours: a second daemon by mistake must not end the campaign of the first.
-    kept(store_.plans().interrupt_running(control::rfc3339(std::chrono::system_clock::now())));
-    net::spawn(io_.get_executor(), live(), net::rethrow);
-    io_.run();
-    compute_thread_.join();
-    store_thread_.join();
+    kept(store_.plans().interrupt_running(control::rfc3339(machine_.wall_clock())));
+    co_await load();
+    // Only after the store is loaded: a waiting client would see a cell without a model.
+    server_->serve();
+    if (web_) web_->serve();
+    bool watching = true;
+    Signal watch_ended;
+    const auto watched = [&](std::exception_ptr failed) {
+      watching = false;
+      watch_ended.notify();
+      if (!stopping_) net::rethrow(failed);
+    };
+    net::spawn(machine_.io, cell_.watch(), watched, stop_watch_.slot());
+    const std::string status = listening();
+    log_info("ready: " + status);
+    if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
+    notify_ready(status);
+    net::spawn(machine_.io, feed_watchdog(), {}, stop_feeding_.slot());
+    net::spawn(machine_.io, keeper_.run(), {}, stop_keeping_.slot());
+
+    co_await std::move(end);
+    co_await stop();
+    while (watching) co_await watch_ended.wait();
+    link_.reset();
+  }
+
+  void settle() override {
+    join_workers();
     keep_last_events();
     keep_audit_end();
-    recorder_thread_.join();
     remove_ring(RecordingFolder{config_.recording});
   }
 
@@ -196,9 +210,9 @@ class Daemon {
     const config::WebConfig web = config_.web.value_or(config::WebConfig{});
     if (!web.listen) return nullptr;
     auto server =
-        WebServer::start(io_.get_executor(),
-                         {clock_, *server_, [this] { return health(); }, [this] { return metrics(); },
-                          [](const std::string& sentence) { log_warning(sentence); }},
+        WebServer::start(machine_.io,
+                         {machine_.clock, *server_, [this] { return health(); }, [this] { return metrics(); },
+                          [](const std::string& sentence) { log_warning(sentence); }, machine_.network},
                          web);
     if (config_.web) return started(std::move(server));
     if (server) return *std::move(server);
@@ -210,7 +224,7 @@ class Daemon {
   /// By what the watchdog sees. The io thread shows itself by answering.
   Health health() {
     Health health{.status = "ok", .threads = {}};
-    for (const Watchdog::Seen& thread : watchdog_.look(clock_.now())) {
+    for (const Watchdog::Seen& thread : watchdog_.look(machine_.clock.now())) {
       const auto still_for = std::chrono::duration_cast<std::chrono::milliseconds>(thread.still_for);
       const char* const state = thread.stuck ? "stuck" : thread.idle ? "idle" : "running";
       health.threads.emplace_back(thread.name, ThreadHealth{state, still_for});
@@ -234,10 +248,10 @@ class Daemon {
                          .web_connections = web_ ? web_->connections() : 0,
                          .events = events_.next_seq(),
                          .store_bytes = store_bytes,
-                         .store_jobs = store_thread_.pulse().beats,
-                         .store_waiting = store_thread_.waiting(),
-                         .uptime = clock_.now() - begun_,
-                         .now = clock_.now()});
+                         .store_jobs = machine_.store_thread.pulse().beats,
+                         .store_waiting = machine_.store_thread.waiting(),
+                         .uptime = machine_.clock.now() - begun_,
+                         .now = machine_.clock.now()});
   }
 
   static std::optional<LockFile> lock_of_runtime(const fs::path& folder) {
@@ -275,39 +289,12 @@ class Daemon {
     log_info("audit trail: " + std::to_string(end->count) + " records, head " + end->hash);
   }
 
-  void ask_for_numbers() { net::spawn(io_.get_executor(), reserve_numbers(), net::rethrow); }
+  void ask_for_numbers() { net::spawn(machine_.io, reserve_numbers(), net::rethrow); }
   asio::awaitable<void> reserve_numbers() {
     auto job = [this] { return store_.reserve_event_numbers(kEventNumbers); };
-    auto first = co_await store_thread_.ask(job);
+    auto first = co_await machine_.store_thread.ask(job);
     if (first) events_.extend(*first + kEventNumbers);
     if (!first) log_error("store: " + first.error().detail);
-  }
-
-  asio::awaitable<void> live() {
-    co_await load();
-    // Only after the store is loaded: a waiting client would see a cell without a model.
-    server_->serve();
-    if (web_) web_->serve();
-    bool watching = true;
-    Signal watch_ended;
-    const auto watched = [&](std::exception_ptr failed) {
-      watching = false;
-      watch_ended.notify();
-      if (!stopping_) net::rethrow(failed);
-    };
-    net::spawn(io_.get_executor(), cell_.watch(), watched, stop_watch_.slot());
-    const std::string status = listening();
-    log_info("ready: " + status);
-    if (!link_->refused().empty()) log_warning("RSI thread: " + link_->refused());
-    notify_ready(status);
-    net::spawn(io_.get_executor(), feed_watchdog(), {}, stop_feeding_.slot());
-    net::spawn(io_.get_executor(), keeper_.run(), {}, stop_keeping_.slot());
-
-    auto token = asio::use_awaitable;
-    co_await signals_.async_wait(token);
-    co_await stop();
-    while (watching) co_await watch_ended.wait();
-    link_.reset();
   }
 
   /// The cell takes from its store what was in effect when the daemon ended.
@@ -349,49 +336,49 @@ class Daemon {
     const std::chrono::microseconds pause = period ? *period / 4 : kLookAtThreads;
     bool reported = false;
     while (true) {
-      const auto stuck = watchdog_.stuck(clock_.now());
+      const auto stuck = watchdog_.stuck(machine_.clock.now());
       if (!stuck && period)
         notify_watchdog();  // unasked it would fill the socket of a manager that does not read
       if (stuck && !reported)
         log_error("the " + *stuck + " thread stands still" +
                   (period ? "; unless it continues, systemd restarts the service" : ""));
       reported = stuck.has_value();
-      const drivers::TimePoint next = clock_.now() + pause;
-      co_await clock_.sleep_until(next);
+      const drivers::TimePoint next = machine_.clock.now() + pause;
+      co_await machine_.clock.sleep_until(next);
     }
   }
 
+  void join_workers() {
+    for (Worker* const worker : {&machine_.compute_thread, &machine_.store_thread, &machine_.recorder_thread})
+      worker->join();
+  }
+
+  const Machine machine_;
   const config::CellConfig& config_;
-  asio::io_context io_{1};
-  asio::signal_set signals_{io_, SIGTERM, SIGINT};  // before anything that has to be taken down in order
-  drivers::SteadyClock clock_;
   LockFile store_lock_;
   std::optional<LockFile> runtime_lock_;
   std::optional<LockFile> recording_lock_;
   Store store_;
-  Worker store_thread_;
-  Worker compute_thread_;
   EventBus events_;
   std::uint32_t peer_;
   std::unique_ptr<StreamMemory> stream_memory_;
   std::unique_ptr<StreamCycle> stream_;
   Recorder recorder_;
   RecordedStream recorded_stream_;
-  Worker recorder_thread_;
   drivers::KukaEkiRobot robot_;
   std::unique_ptr<drivers::TimedTracker> tracker_;
   DaemonCell cell_;
-  EventKeeper keeper_{{events_, store_thread_, clock_, [] { return std::chrono::system_clock::now(); },
+  EventKeeper keeper_{{events_, machine_.store_thread, machine_.clock, machine_.wall_clock,
                        [this](const StoreError& error) { cell_.store_failed(error); }}};
   std::unique_ptr<drivers::RsiLink> link_;
   std::unique_ptr<ControlServer> server_;
-  drivers::TimePoint begun_ = clock_.now();
+  drivers::TimePoint begun_ = machine_.clock.now();
   Watchdog watchdog_{{{"RSI", kRsiPatience,
                        [this] {
                          return link_ ? Pulse{link_->heartbeats(), false} : Pulse{.idle = true};
                        }},
-                      {"store", kWorkPatience, [this] { return store_thread_.pulse(); }},
-                      {"compute", kWorkPatience, [this] { return compute_thread_.pulse(); }}},
+                      {"store", kWorkPatience, [this] { return machine_.store_thread.pulse(); }},
+                      {"compute", kWorkPatience, [this] { return machine_.compute_thread.pulse(); }}},
                      begun_};
   std::unique_ptr<WebServer> web_;
   asio::cancellation_signal stop_watch_;
@@ -402,13 +389,9 @@ class Daemon {
 
 }  // namespace
 
-void run(const config::CellConfig& config, const std::vector<std::string>& warnings) {
-  const auto runtime = runtime_folder(config);
-  if (!runtime && !config.runtime.empty()) throw StartError{runtime.error()};
-  Daemon daemon{config, runtime.value_or(fs::path{})};
-  for (const std::string& warning : warnings) log_warning(warning);
-  if (!runtime) log_warning(runtime.error());
-  daemon.run();
+std::unique_ptr<Daemon> Daemon::start(Machine machine, const config::CellConfig& config,
+                                      const std::filesystem::path& runtime) {
+  return std::make_unique<CellDaemon>(std::move(machine), config, runtime);
 }
 
 }  // namespace truepose::daemon

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <boost/asio/awaitable.hpp>
+#include <filesystem>
+#include <memory>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "config/cell_config.hpp"
+#include "daemon/machine.hpp"
 
 namespace truepose::daemon {
 
@@ -20,11 +23,21 @@ class StartError : public std::runtime_error {
   bool may_pass_;
 };
 
-/// Runs the cell until SIGTERM or SIGINT: corrections are ramped out, a campaign is aborted and recorded,
-/// sockets are closed. Throws StartError.
-///
-/// @param warnings  about the configuration, for the log once the cell runs: a start that fails says one line
-/// alone
-void run(const config::CellConfig& config, const std::vector<std::string>& warnings);
+/// A cell's daemon, with all that it holds: locks, store, ports and connections.
+class Daemon {
+ public:
+  /// Throws StartError.
+  /// @param config   outlives it
+  /// @param runtime  the cell's runtime folder; empty: none
+  static std::unique_ptr<Daemon> start(Machine machine, const config::CellConfig& config,
+                                       const std::filesystem::path& runtime);
+  virtual ~Daemon() = default;
+
+  /// Serves the cell until `end` returns. Then corrections are ramped out, a campaign is aborted and
+  /// recorded, sockets are closed. Once, on the machine's io thread.
+  virtual boost::asio::awaitable<void> live(boost::asio::awaitable<void> end) = 0;
+  /// After it has lived, and nothing runs any more: waits for the machine's workers, writes what is left.
+  virtual void settle() = 0;
+};
 
 }  // namespace truepose::daemon

@@ -18,6 +18,7 @@
 #include "daemon/daemon.hpp"
 #include "daemon/device_probe.hpp"
 #include "daemon/log/log.hpp"
+#include "daemon/process.hpp"
 
 namespace {
 

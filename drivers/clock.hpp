@@ -3,6 +3,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 
 namespace truepose::drivers {
 
@@ -24,6 +25,9 @@ class Clock {
   /// Returns at `when`; throws boost::system::system_error(operation_aborted) when cancelled.
   virtual boost::asio::awaitable<void> sleep_until(TimePoint when) = 0;
 };
+
+/// UTC, which people may set.
+using WallClock = std::function<std::chrono::system_clock::time_point()>;
 
 /// The machine's steady clock.
 class SteadyClock final : public Clock {

@@ -19,7 +19,8 @@ std::optional<system_clock::time_point> time_of(const std::string& text) {
 
 }  // namespace
 
-PointClock::PointClock(WallClock wall_clock, const drivers::Clock& steady_clock, const std::string& before)
+PointClock::PointClock(drivers::WallClock wall_clock, const drivers::Clock& steady_clock,
+                       const std::string& before)
     : wall_clock_{std::move(wall_clock)}, steady_clock_{steady_clock}, before_{time_of(before)} {}
 
 system_clock::time_point PointClock::now() {

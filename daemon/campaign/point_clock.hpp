@@ -14,11 +14,9 @@ namespace truepose::daemon {
 /// of a minute, by which an arm that warms up would be taken for one that does not.
 class PointClock {
  public:
-  using WallClock = std::function<std::chrono::system_clock::time_point()>;
-
   /// @param before  when the last point was measured before an interruption (RFC 3339), which none comes
   ///                before; empty: there was none
-  PointClock(WallClock wall_clock, const drivers::Clock& steady_clock, const std::string& before);
+  PointClock(drivers::WallClock wall_clock, const drivers::Clock& steady_clock, const std::string& before);
 
   std::chrono::system_clock::time_point now();
 
@@ -28,7 +26,7 @@ class PointClock {
     drivers::TimePoint steady;
   };
 
-  WallClock wall_clock_;
+  drivers::WallClock wall_clock_;
   const drivers::Clock& steady_clock_;
   std::optional<std::chrono::system_clock::time_point> before_;
   std::optional<Start> start_;  ///< of the first point

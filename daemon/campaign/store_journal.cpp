@@ -242,7 +242,7 @@ std::string why_not_activated(const CalibrationVerdict& verdict) {
 
 }  // namespace
 
-StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock,
+StoreJournal::StoreJournal(Options options, Store& store, Worker& store_thread, drivers::WallClock wall_clock,
                            const drivers::Clock& steady_clock)
     : options_{std::move(options)},
       store_{store},

@@ -18,8 +18,6 @@ namespace truepose::daemon {
 /// at the end.
 class StoreJournal final : public CampaignJournal {
  public:
-  using WallClock = PointClock::WallClock;
-
   struct Options {
     std::string campaign_id;    ///< UUID
     std::string order{};        ///< as order_text(): what it is to do, so that it may continue
@@ -38,7 +36,7 @@ class StoreJournal final : public CampaignJournal {
   };
 
   /// @param store_thread  the only one that touches `store`
-  StoreJournal(Options options, Store& store, Worker& store_thread, WallClock wall_clock,
+  StoreJournal(Options options, Store& store, Worker& store_thread, drivers::WallClock wall_clock,
                const drivers::Clock& steady_clock);
 
   boost::asio::awaitable<StoreResult<std::string>> begin(int total) override;
@@ -68,7 +66,7 @@ class StoreJournal final : public CampaignJournal {
   Options options_;
   Store& store_;
   Worker& store_thread_;
-  WallClock wall_clock_;
+  drivers::WallClock wall_clock_;
   PointClock point_clock_;
   CampaignRecord record_;
   std::optional<ModelRecord> model_;  ///< that it came to, from its end on

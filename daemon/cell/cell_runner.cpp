@@ -108,7 +108,7 @@ void ActiveFaults::publish(const Standing& fault, bool standing) {
   events_.publish(rpc::FaultChanged{.fault = fault.described(), .active = standing});
 }
 
-CellRunner::CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock,
+CellRunner::CellRunner(drivers::Clock& clock, EventBus& events, drivers::WallClock wall_clock,
                        CellLimits limits)
     : clock_{clock},
       events_{events},

@@ -22,7 +22,7 @@ namespace truepose::daemon {
 /// The active faults, at most one of each code. An event reports each begin and end.
 class ActiveFaults {
  public:
-  ActiveFaults(EventBus& events, EventBus::WallClock wall_clock)
+  ActiveFaults(EventBus& events, drivers::WallClock wall_clock)
       : events_{events}, wall_clock_{std::move(wall_clock)} {}
 
   /// Called with each fault that begins.
@@ -49,7 +49,7 @@ class ActiveFaults {
   void publish(const Standing& fault, bool standing);
 
   EventBus& events_;
-  EventBus::WallClock wall_clock_;
+  drivers::WallClock wall_clock_;
   std::map<FaultCode, Standing> faults_;
   std::function<void(const Fault& fault)> begun_ = [](const Fault&) {};
 };
@@ -61,7 +61,7 @@ class CellRunner {
   /// @param reason  why the event came, in words
   using CarryOut = std::function<void(const std::string& reason)>;
 
-  CellRunner(drivers::Clock& clock, EventBus& events, EventBus::WallClock wall_clock, CellLimits limits = {});
+  CellRunner(drivers::Clock& clock, EventBus& events, drivers::WallClock wall_clock, CellLimits limits = {});
 
   /// Who carries out a command. What takes time (opening devices, starting a campaign or a stream) is carried
   /// out by the one who has asked, and has nobody here.
@@ -146,7 +146,7 @@ class CellRunner {
 
   drivers::Clock& clock_;
   EventBus& events_;
-  EventBus::WallClock wall_clock_;
+  drivers::WallClock wall_clock_;
   ActiveFaults faults_;
   std::array<CarryOut, kCellCommands> carry_out_;
   std::function<std::string()> no_packet_answered_;

@@ -36,7 +36,7 @@ struct CellParts {
   EventBus& events;
   Recorder& recorder;  ///< drained and saved by the recorder thread alone
   Worker& recorder_thread;
-  StoreJournal::WallClock wall_clock;
+  drivers::WallClock wall_clock;
   std::function<drivers::Scheduling()> realtime_thread{};  ///< how it runs now; empty: there is none
 };
 

@@ -11,11 +11,11 @@ namespace truepose::daemon {
 using drivers::StartFailure;
 
 std::expected<std::shared_ptr<net::Listener>, StartFailure> listen(
-    const boost::asio::any_io_executor& executor, const std::string& key, const config::Endpoint& endpoint,
-    const std::expected<boost::asio::ip::address, std::string>& address) {
+    const net::Network& network, const boost::asio::any_io_executor& executor, const std::string& key,
+    const config::Endpoint& endpoint, const std::expected<boost::asio::ip::address, std::string>& address) {
   const std::string where = key + ": " + config::text(endpoint);
   if (!address) return std::unexpected(address.error());
-  auto listener = net::listen_tcp(executor, address->to_string(), endpoint.port);
+  auto listener = network.listen_tcp(executor, address->to_string(), endpoint.port, {});
   if (listener) return *std::move(listener);
   if (listener.error() == boost::asio::error::address_in_use)
     return std::unexpected(StartFailure{

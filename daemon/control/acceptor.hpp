@@ -8,7 +8,7 @@
 #include <string>
 
 #include "config/cell_config.hpp"
-#include "drivers/net/listener.hpp"
+#include "drivers/net/network.hpp"
 #include "drivers/start_failure.hpp"
 
 namespace truepose::daemon {
@@ -17,8 +17,8 @@ namespace truepose::daemon {
 /// @param key      of the cell file, for messages
 /// @param address  of the endpoint, or what is wrong with it
 std::expected<std::shared_ptr<net::Listener>, drivers::StartFailure> listen(
-    const boost::asio::any_io_executor& executor, const std::string& key, const config::Endpoint& endpoint,
-    const std::expected<boost::asio::ip::address, std::string>& address);
+    const net::Network& network, const boost::asio::any_io_executor& executor, const std::string& key,
+    const config::Endpoint& endpoint, const std::expected<boost::asio::ip::address, std::string>& address);
 
 /// Accepts until the listener is closed, but leaves out a client that has hung up and sent nothing: to serve
 /// it takes a hundred times as long, and others wait behind it.

@@ -65,7 +65,8 @@ Peer Peer::of(const net::Stream& stream) {
   boost::system::error_code gone;
   // Every user of this machine has all of its loopback addresses.
   const bool is_near = asio::ip::make_address(theirs.host, gone).is_loopback();
-  return {is_near ? "loopback" : theirs.host, ours.host + " " + std::to_string(ours.port)};
+  const std::string name = theirs.host.empty() ? "a client that has gone" : theirs.host;
+  return {is_near ? "loopback" : name, ours.host + " " + std::to_string(ours.port)};
 }
 
 std::unique_ptr<Connection> plain_connection(std::unique_ptr<net::Stream> stream) {

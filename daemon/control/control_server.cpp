@@ -44,7 +44,8 @@ struct ControlServer::Impl {
 namespace {
 
 /// Replaces the socket of the previous daemon: the caller has exclusive use of the folder.
-std::expected<std::shared_ptr<net::Listener>, StartFailure> listen(const asio::any_io_executor& executor,
+std::expected<std::shared_ptr<net::Listener>, StartFailure> listen(const net::Network& network,
+                                                                   const asio::any_io_executor& executor,
                                                                    const std::filesystem::path& path) {
   constexpr unsigned kMode = 0660;
   const auto failed = [&](const std::string& why) {
@@ -53,7 +54,7 @@ std::expected<std::shared_ptr<net::Listener>, StartFailure> listen(const asio::a
   if (path.native().size() >= sizeof(sockaddr_un::sun_path))
     return failed("the path is too long for a socket; name a shorter one with the cell file's key runtime");
   ::unlink(path.c_str());
-  auto listener = net::listen_local(executor, path, kMode);
+  auto listener = network.listen_local(executor, path, kMode);
   if (!listener) return failed(listener.error().message());
   return *std::move(listener);
 }
@@ -164,7 +165,8 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
   AccessList access{parts.access};
   auto audit = open_audit(parts);
   if (!audit) return std::unexpected(audit.error());
-  auto listener = listen(executor, "control.listen", config.listen, control_address(config.listen));
+  auto listener =
+      listen(parts.network, executor, "control.listen", config.listen, control_address(config.listen));
   if (!listener) return std::unexpected(listener.error());
   std::optional<TlsIdentity> tls;
   std::shared_ptr<net::Listener> tls_listener;
@@ -172,14 +174,14 @@ std::expected<std::unique_ptr<ControlServer>, StartFailure> ControlServer::start
     auto identity = TlsIdentity::load(*config.tls);
     if (!identity) return std::unexpected(identity.error());
     tls = *std::move(identity);
-    auto listening =
-        listen(executor, "control.tls.listen", config.tls->listen, tls_address(config.tls->listen));
+    auto listening = listen(parts.network, executor, "control.tls.listen", config.tls->listen,
+                            tls_address(config.tls->listen));
     if (!listening) return std::unexpected(listening.error());
     tls_listener = *std::move(listening);
   }
   std::shared_ptr<net::Listener> local_listener;
   if (!parts.socket.empty()) {
-    auto listening = listen(executor, parts.socket);
+    auto listening = listen(parts.network, executor, parts.socket);
     if (!listening) return std::unexpected(listening.error());
     local_listener = *std::move(listening);
   }

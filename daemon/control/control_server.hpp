@@ -22,6 +22,7 @@
 #include "daemon/fault_kinds.hpp"
 #include "daemon/threads/worker.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/net/network.hpp"
 #include "drivers/start_failure.hpp"
 #include "proto/control/audit_chain.hpp"
 #include "proto/control/certificate.hpp"
@@ -98,7 +99,7 @@ struct ControlLimits {
 /// What the server works with. All of it outlives the server and the event loop that it runs on.
 struct ControlServerParts {
   drivers::Clock& clock;
-  EventBus::WallClock wall_clock;
+  drivers::WallClock wall_clock;
   CellService& cell;
   EventBus& events;
   std::function<void(const std::string&)> warn;  ///< logs one sentence
@@ -108,6 +109,7 @@ struct ControlServerParts {
   std::filesystem::path audit{};    ///< audit trail; empty: nothing is kept on record
   AuditWitness* witness = nullptr;  ///< knows where the trail ends, in the worker's thread; null: none
   std::function<void(const std::string&)> note = [](const std::string&) {};  ///< logs what is no warning
+  net::Network network{};                                                    ///< where it listens
 };
 
 /// How much the server has to do.

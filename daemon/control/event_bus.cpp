@@ -25,7 +25,7 @@ EventBus::Line line_of(const KeptEvent& event) {
 
 }  // namespace
 
-EventBus::EventBus(EventNumbers numbers, WallClock wall_clock, EventArchive* archive)
+EventBus::EventBus(EventNumbers numbers, drivers::WallClock wall_clock, EventArchive* archive)
     : numbers_{std::move(numbers)},
       wall_clock_{std::move(wall_clock)},
       archive_{archive},

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "daemon/store/event_archive.hpp"
+#include "drivers/clock.hpp"
 #include "proto/control/request.hpp"
 #include "proto/record/json_io.hpp"
 #include "proto/rpc/method.hpp"
@@ -42,14 +43,13 @@ enum class Keep {
 /// whoever serves a subscription.
 class EventBus {
  public:
-  using WallClock = std::function<std::chrono::system_clock::time_point()>;
   using Line = std::shared_ptr<const std::string>;  ///< one encoded notification, newline included
   static constexpr std::size_t kKept = 4096;        ///< events kept for clients that come back
   /// Events that wait for an archive which takes none (a full disk) before the oldest are given up.
   static constexpr std::size_t kMostUnwritten = 16'384;
 
   /// @param archive  has what was published before; null: nothing is kept but what is kept here
-  EventBus(EventNumbers numbers, WallClock wall_clock, EventArchive* archive = nullptr);
+  EventBus(EventNumbers numbers, drivers::WallClock wall_clock, EventArchive* archive = nullptr);
 
   /// Publishes from any thread. `data` is an object as openrpc.json describes it for the topic.
   void publish(control::Topic topic, const boost::json::value& data, Keep keep = Keep::Lasting);
@@ -140,7 +140,7 @@ class EventBus {
 
   mutable std::mutex mutex_;
   EventNumbers numbers_;
-  WallClock wall_clock_;
+  drivers::WallClock wall_clock_;
   EventArchive* archive_;
   std::uint64_t next_;
   bool asked_for_more_ = false;

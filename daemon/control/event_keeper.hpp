@@ -22,7 +22,7 @@ class EventKeeper {
     EventBus& events;  ///< with an archive
     Worker& worker;    ///< the only one that touches the archive
     drivers::Clock& clock;
-    EventBus::WallClock wall_clock;
+    drivers::WallClock wall_clock;
     /// Called where the archive takes nothing, each time that it was tried.
     std::function<void(const StoreError& error)> failed;
   };

@@ -112,7 +112,7 @@ std::expected<std::unique_ptr<WebServer>, StartFailure> WebServer::start(asio::a
                                                                          WebLimits limits) {
   const auto address = web_address(*config.listen, parts.control.tls_identity() != nullptr);
   if (!address) return std::unexpected(StartFailure{address.error()});
-  auto listener = listen(executor, "web.listen", *config.listen, address->address);
+  auto listener = listen(parts.network, executor, "web.listen", *config.listen, address->address);
   if (!listener) return std::unexpected(listener.error());
   const auto impl =
       std::make_shared<Impl>(std::move(parts), config, limits, address->tls, *std::move(listener));

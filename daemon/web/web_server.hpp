@@ -15,6 +15,7 @@
 #include "daemon/control/control_server.hpp"
 #include "daemon/web/health.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/net/network.hpp"
 #include "drivers/start_failure.hpp"
 
 namespace truepose::daemon {
@@ -34,6 +35,7 @@ struct WebServerParts {
   std::function<Health()> health;
   std::function<std::string()> metrics;  ///< in the text format of Prometheus
   std::function<void(const std::string&)> warn;
+  net::Network network{};  ///< where it listens
 };
 
 /// The address of web.listen, and whether it speaks TLS.

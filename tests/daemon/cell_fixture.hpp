@@ -207,7 +207,7 @@ struct CellTest : testing::Test {
   StoreResult<Store> store = Store::open(file);
   InPlaceWorker store_thread, compute_thread;
   std::chrono::seconds set_ahead{0};  ///< of the wall clock, as somebody may set it meanwhile
-  StoreJournal::WallClock wall_clock = [this] {
+  drivers::WallClock wall_clock = [this] {
     return std::chrono::system_clock::time_point{
         std::chrono::duration_cast<std::chrono::system_clock::duration>(clock.now().time_since_epoch()) +
         set_ahead};

@@ -58,7 +58,7 @@ struct CellRunnerTest : testing::Test {
 
   asio::io_context io;
   drivers::VirtualClock clock;
-  EventBus::WallClock wall_clock = [this] {
+  drivers::WallClock wall_clock = [this] {
     return std::chrono::system_clock::time_point{
         std::chrono::duration_cast<std::chrono::system_clock::duration>(clock.now().time_since_epoch())};
   };

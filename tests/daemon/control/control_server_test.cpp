@@ -3,6 +3,7 @@
 #include <random>
 
 #include "daemon/control/acceptor.hpp"
+#include "daemon/control/connection.hpp"
 #include "daemon/control/failed_logins.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/session_proof.hpp"
@@ -138,6 +139,11 @@ TEST_F(ControlServerTest, LeavesPlacesToOtherPeersWhereOneGetsTheReasonOfItsClos
   }
   Client local{socket()};
   EXPECT_EQ(local.code("session.hello", {{"protocol", 1}}), 0);
+}
+
+TEST(PeerOfAClient, HasANameAlsoWhereTheClientHasGone) {
+  asio::io_context io;
+  EXPECT_EQ(Peer::of(*net::tcp_stream(io.get_executor())).name, "a client that has gone");
 }
 
 TEST(AcceptWhoStays, LeavesOutWhoeverHasHungUpAndSaidNothing) {

@@ -17,7 +17,7 @@ using control::Topic;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-const EventBus::WallClock kEpoch = [] { return std::chrono::system_clock::time_point{}; };
+const drivers::WallClock kEpoch = [] { return std::chrono::system_clock::time_point{}; };
 const boost::json::object kNothing;
 
 std::vector<std::uint64_t> numbers(const EventBus::Taken& taken) {

@@ -108,7 +108,7 @@ struct Life {
   std::chrono::system_clock::time_point wall_start;
   drivers::VirtualClock clock;
   asio::io_context io;
-  EventBus::WallClock wall_clock = [this] {
+  drivers::WallClock wall_clock = [this] {
     return wall_start +
            std::chrono::duration_cast<std::chrono::system_clock::duration>(clock.now().time_since_epoch());
   };
