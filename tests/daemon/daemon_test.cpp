@@ -5,6 +5,8 @@
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <utility>
 
 #include "daemon/threads/signal.hpp"
@@ -70,16 +72,16 @@ struct DaemonInVirtualTime : testing::Test {
     config.store = folder.path() / "cell.sqlite";
     config.recording.folder = folder.path() / "recordings";
     config.recording.ring_mb = 1;
-    network.power({kMotionPort, kStatePort, kTrackerPort}, false);
   }
 
-  Machine machine() {
-    Machine machine{
-        io.get_executor(), clock, store_thread, compute_thread, recorder_thread, [this] {
-          return std::chrono::system_clock::time_point{
-              std::chrono::floor<std::chrono::system_clock::duration>(clock.now().time_since_epoch())};
-        }};
-    machine.network.stream = [this](const asio::any_io_executor& executor) {
+  Machine machine(asio::io_context& io, drivers::MemoryNetwork& network) {
+    Machine machine{io.get_executor(),
+                    clock,
+                    store_thread,
+                    compute_thread,
+                    recorder_thread,
+                    [this] { return std::chrono::system_clock::time_point{clock.now().time_since_epoch()}; }};
+    machine.network.stream = [&](const asio::any_io_executor& executor) {
       ++connections;
       return network.streams()(executor);
     };
@@ -92,43 +94,45 @@ struct DaemonInVirtualTime : testing::Test {
     return machine;
   }
 
-  /// As a process does: until nothing of it runs or waits any more. @return whether the daemon ended
-  bool live_until(Daemon& daemon, drivers::TimePoint end) {
+  /// The life of a process: until nothing of it runs or waits any more. @return whether the daemon ended
+  bool live_for(drivers::Duration time, const std::function<void()>& meanwhile = {}) {
+    asio::io_context io{1};
+    drivers::MemoryNetwork network{io, clock};
+    network.power({kMotionPort, kStatePort, kTrackerPort}, false);
+    const auto daemon = Daemon::start(machine(io, network), config, {});
+    if (meanwhile) meanwhile();
     bool ended = false;
-    net::spawn(io.get_executor(), daemon.live(clock.sleep_until(end)), [&](std::exception_ptr failed) {
-      net::rethrow(failed);
-      ended = true;
-    });
+    net::spawn(io.get_executor(), daemon->live(clock.sleep_until(clock.now() + time)),
+               [&](std::exception_ptr failed) {
+                 net::rethrow(failed);
+                 ended = true;
+               });
     clock.run(io, [] { return false; });
-    daemon.settle();
+    daemon->settle();
     return ended;
   }
 
   static constexpr std::uint16_t kMotionPort = 54600, kStatePort = 54601, kTrackerPort = 700;
   TempFolder folder;
   config::CellConfig config;
-  asio::io_context io{1};
   drivers::VirtualClock clock{drivers::time_of(1'000'000'000'000)};
-  drivers::MemoryNetwork network{io, clock};
   InPlaceWorker store_thread, compute_thread, recorder_thread;
   int connections = 0;
 };
 
 TEST_F(DaemonInVirtualTime, EndsInOrderAfterAnHourWithoutDevices) {
-  const auto daemon = Daemon::start(machine(), config, {});
   const drivers::TimePoint end = clock.now() + std::chrono::hours{1};
-  EXPECT_TRUE(live_until(*daemon, end));
+  EXPECT_TRUE(live_for(std::chrono::hours{1}));
+  EXPECT_GE(clock.now(), end);
   EXPECT_LT(clock.now(), end + std::chrono::minutes{1});
   EXPECT_EQ(clock.sleepers(), 0U);
   EXPECT_GT(connections, 0);
 }
 
 TEST_F(DaemonInVirtualTime, LeavesItsStoreToTheNextAndToNoOtherMeanwhile) {
-  for (int life = 0; life < 3; ++life) {
-    const auto daemon = Daemon::start(machine(), config, {});
-    EXPECT_TRUE(live_until(*daemon, clock.now() + std::chrono::seconds{10}));
-    EXPECT_THROW(Daemon::start(machine(), config, {}), StartError);
-  }
+  constexpr std::chrono::seconds kTime{10};
+  const auto another = [&] { EXPECT_THROW(live_for(kTime), StartError); };
+  for (int life = 0; life < 3; ++life) EXPECT_TRUE(live_for(kTime, another));
 }
 
 }  // namespace
