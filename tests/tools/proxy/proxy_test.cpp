@@ -267,10 +267,10 @@ TEST_F(AProxy, SetsTheFaultsOfOneRouteAlone) {
 TEST_F(AProxy, FollowsItsTimelineInTheOrderOfTime) {
   Datagrams target{io}, client{io};
   const std::uint16_t port = add(Protocol::Udp, target.port());
-  proxy.follow(parse_timeline("# all faults end with the second line\n"
-                              "{\"at_ms\": 20, \"clear\": true, \"nul_bytes\": 2}\n"
+  proxy.follow(parse_timeline("# the second line is the first in time\n"
+                              "{\"at_ms\": 20, \"nul_bytes\": 2}\n"
                               "\n"
-                              "{\"at_ms\": 1, \"loss\": 1}\n")
+                              "{\"at_ms\": 1, \"clear\": true, \"nul_bytes\": 1, \"duplicate\": 1}\n")
                    .value());
   std::size_t sent = 0;
   while (target.received.empty() || target.received.back() != std::string("x\0\0", 3)) {
@@ -279,7 +279,7 @@ TEST_F(AProxy, FollowsItsTimelineInTheOrderOfTime) {
     until([&] { return counted("/routes/0/to_target/received") == static_cast<double>(sent); });
     io.poll();
   }
-  EXPECT_GT(counted("/routes/0/to_target/lost"), 0);
+  EXPECT_GT(counted("/routes/0/to_target/duplicated"), 0) << "the fault that began before";
 }
 
 TEST_F(AProxy, WaitsWhereNoFileIsLeftForAClientAndServesItOnceThereIs) {
