@@ -143,12 +143,12 @@ class CellDaemon final : public Daemon {
                machine_.clock,
                {config.robot.eki_motion.host, config.robot.eki_motion.port, config.robot.eki_state.port,
                 config.robot.model.joint_count(), recorder_.tap(recording::Wire::EkiLink),
-                recorder_.tap(recording::Wire::EkiState), machine_.network.stream}},
+                recorder_.tap(recording::Wire::EkiState), machine_.network.stream, machine_.random}},
         tracker_{cell_tracker(config.tracker, machine_.io, machine_.clock,
                               recorder_.tap(recording::Wire::Tracker), machine_.network.stream)},
         cell_{{machine_.io, config_, robot_, *tracker_, machine_.clock, *stream_, store_,
                machine_.store_thread, machine_.compute_thread, events_, recorder_, machine_.recorder_thread,
-               machine_.wall_clock, [this] { return link_->scheduling(); }}},
+               machine_.wall_clock, [this] { return link_->scheduling(); }, machine_.random}},
         link_{started(machine_.start_rsi_link(link_options(config.stream, peer_), recorded_stream_))},
         server_{started(ControlServer::start(
             machine_.io,
@@ -156,7 +156,7 @@ class CellDaemon final : public Daemon {
              [](const std::string& sentence) { log_warning(sentence); }, machine_.store_thread,
              runtime.empty() ? fs::path{} : runtime / "control.sock", access_file_of(config.store),
              audit_file_of(config.store), &store_, [](const std::string& sentence) { log_info(sentence); },
-             machine_.network},
+             machine_.network, machine_.random},
             config.control, config.name))} {
     web_ = start_web();
     read_log([this](LogLevel level, std::string_view line) {

@@ -10,6 +10,7 @@
 #include "drivers/kuka/rsi_link.hpp"
 #include "drivers/net/network.hpp"
 #include "drivers/start_failure.hpp"
+#include "proto/text/random_bytes.hpp"
 
 namespace truepose::daemon {
 
@@ -25,6 +26,7 @@ struct Machine {
   Worker& recorder_thread;
   drivers::WallClock wall_clock;
   net::Network network{};
+  RandomBytes random = kernel_random;  ///< of all ids and nonces
   StartRsiLink start_rsi_link = &drivers::RsiLink::start;
 };
 

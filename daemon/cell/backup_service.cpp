@@ -8,7 +8,6 @@
 #include "config/text_file.hpp"
 #include "daemon/cell/busy.hpp"
 #include "daemon/cell/file_part.hpp"
-#include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/control/base64.hpp"
 
@@ -67,7 +66,7 @@ Reply<rpc::StoreBackup> BackupService::backup(rpc::StoreBackup) {
   last_.clear();
   auto bytes = co_await copy();
   if (!bytes) co_return std::unexpected(store_unusable(bytes.error()));
-  last_ = new_uuid();
+  last_ = random_uuid(parts_.random);
   log_info("backup: " + file().string() + ", " + std::to_string(*bytes) + " bytes");
   co_return rpc::StoreBackup::Result{.id = last_, .file = file().string(), .bytes = *bytes};
 }

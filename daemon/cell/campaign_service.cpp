@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
 #include "drivers/net/spawn.hpp"
 
@@ -67,7 +66,7 @@ Reply<rpc::DriftCheck> CampaignService::drift_check(rpc::DriftCheck asked, std::
 }
 
 Answer<rpc::CampaignStart> CampaignService::begin(CampaignRequest asked, const std::string& by) {
-  StoreJournal::Options options{.campaign_id = new_uuid(),
+  StoreJournal::Options options{.campaign_id = random_uuid(parts_.random),
                                 .order = order_text(asked.order, asked.config, asked.activate),
                                 .model_id = {},
                                 .config = asked.config,
@@ -86,7 +85,7 @@ std::expected<void, RpcError> CampaignService::launch(StoreJournal::Options opti
                                                       std::shared_ptr<const CampaignPast> past) {
   const char* const reason = past ? "resumed by an operator" : "asked for by an operator";
   if (auto refused = runner_.apply(event, reason, by)) return std::unexpected(*refused);
-  options.model_id = new_uuid();
+  options.model_id = random_uuid(parts_.random);
   CampaignObserver& observer = *this;
   const CampaignDevices devices{devices_.robot(), devices_.tracker(), parts_.clock};
   run_ =

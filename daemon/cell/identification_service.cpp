@@ -7,7 +7,6 @@
 #include "config/cell_setup.hpp"
 #include "daemon/campaign/identification.hpp"
 #include "daemon/cell/busy.hpp"
-#include "daemon/cell/new_uuid.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/record/calibration_document.hpp"
 
@@ -132,8 +131,8 @@ Reply<rpc::CampaignIdentify> IdentificationService::identify(rpc::CampaignIdenti
 
 Reply<rpc::CampaignIdentify> IdentificationService::keep(Request request, CampaignRecord source, Made made,
                                                          std::string by) {
-  StoreJournal::Options options{.campaign_id = new_uuid(),
-                                .model_id = new_uuid(),
+  StoreJournal::Options options{.campaign_id = random_uuid(parts_.random),
+                                .model_id = random_uuid(parts_.random),
                                 .config = request.config,
                                 .activate = request.asked.activate,
                                 .started_by = by,

@@ -19,6 +19,7 @@
 #include "daemon/recorder/recorder.hpp"
 #include "daemon/store/store.hpp"
 #include "daemon/threads/worker.hpp"
+#include "proto/text/random_bytes.hpp"
 
 namespace truepose::daemon {
 
@@ -38,6 +39,7 @@ struct CellParts {
   Worker& recorder_thread;
   drivers::WallClock wall_clock;
   std::function<drivers::Scheduling()> realtime_thread{};  ///< how it runs now; empty: there is none
+  RandomBytes random = kernel_random;                      ///< of the ids of campaigns, models and backups
 };
 
 /// The methods of all services, by their names.

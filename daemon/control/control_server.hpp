@@ -27,6 +27,7 @@
 #include "proto/control/audit_chain.hpp"
 #include "proto/control/certificate.hpp"
 #include "proto/control/request.hpp"
+#include "proto/text/random_bytes.hpp"
 
 namespace truepose::daemon {
 
@@ -110,6 +111,7 @@ struct ControlServerParts {
   AuditWitness* witness = nullptr;  ///< knows where the trail ends, in the worker's thread; null: none
   std::function<void(const std::string&)> note = [](const std::string&) {};  ///< logs what is no warning
   net::Network network{};                                                    ///< where it listens
+  RandomBytes random = kernel_random;  ///< of nonces and of the numbers of jobs
 };
 
 /// How much the server has to do.

@@ -6,7 +6,7 @@
 #include "drivers/deadline.hpp"
 #include "drivers/net/spawn.hpp"
 #include "proto/control/json_text.hpp"
-#include "proto/text/digest.hpp"
+#include "proto/text/random_bytes.hpp"
 
 namespace truepose::daemon {
 
@@ -38,7 +38,7 @@ std::expected<std::string, RpcError> Jobs::begin(std::string method, std::string
   if (static_cast<std::size_t>(running) >= kMostRunning)
     return std::unexpected(
         RpcError{ErrorCode::Busy, std::to_string(running) + " jobs are under way already; wait for one"});
-  std::string id = text::random_hex(8);
+  std::string id = random_hex(8, parts_.random);
   // In place: it cannot be moved.
   const Kept job{new Job{id, std::move(method), std::move(by), parts_.wall_clock(), std::move(tell)}};
   jobs_[id] = job;

@@ -155,7 +155,7 @@ Reply<rpc::JobGet> Session::job(rpc::JobGet request) {
 // Hello.
 
 Reply<rpc::SessionChallenge> Session::challenge(rpc::SessionChallenge) {
-  terms_ = {peer_.endpoint, {}, control::new_nonce()};
+  terms_ = {peer_.endpoint, {}, control::new_nonce(context_->parts.random)};
   co_return rpc::SessionChallenge::Result{.nonce = terms_.server_nonce};
 }
 

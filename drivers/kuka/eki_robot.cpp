@@ -1,10 +1,11 @@
 #include "drivers/kuka/eki_robot.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <map>
-#include <random>
 #include <utility>
 
 #include "core/math/angles.hpp"
@@ -25,7 +26,11 @@ constexpr double kArrivalTolerance_rad = 0.2 * kRadPerDeg;  // the KRL program's
 
 /// Random, so that a daemon that was restarted never repeats the ids of the one before; half of the range is
 /// left.
-std::int32_t first_id() { return static_cast<std::int32_t>(std::random_device{}() & 0x3fffffff); }
+std::int32_t first_id(const RandomBytes& random) {
+  std::array<unsigned char, sizeof(std::uint32_t)> drawn{};
+  random(drawn);
+  return static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(drawn) & 0x3fffffff);
+}
 
 std::string reason(int error) {
   switch (static_cast<eki::AckError>(error)) {
@@ -140,7 +145,7 @@ KukaEkiRobot::KukaEkiRobot(asio::any_io_executor executor, Clock& clock, KukaEki
                                           "the state server (sps.sub)", options_.host, options_.state_port,
                                           options_.state_tap)},
       answers_{std::make_unique<Answers>(executor)},
-      last_id_{first_id()} {
+      last_id_{first_id(options_.random)} {
   assert(options_.joint_count >= 1 && options_.joint_count <= static_cast<int>(eki::Axes{}.size()));
 }
 

@@ -11,6 +11,7 @@
 #include "drivers/robot.hpp"
 #include "drivers/wire_tap.hpp"
 #include "proto/eki/messages.hpp"
+#include "proto/text/random_bytes.hpp"
 
 namespace truepose::drivers {
 
@@ -23,6 +24,7 @@ struct KukaEkiOptions {
   int joint_count = 6;                ///< 1..6; further axes are sent as 0
   WireTap motion_tap = kNullTap, state_tap = kNullTap;
   net::MakeStream stream = net::tcp_stream;  ///< of the motion channel, then of the state channel
+  RandomBytes random = kernel_random;        ///< of the first command's id
 };
 
 /// A KUKA arm moved over EKI by the KRL programs in config/kuka.

@@ -6,6 +6,7 @@
 #include "proto/record/json_io.hpp"
 #include "proto/text/device_text.hpp"
 #include "proto/text/digest.hpp"
+#include "proto/text/random_bytes.hpp"
 
 namespace truepose::control {
 
@@ -70,7 +71,7 @@ const AccessEntry* AccessEntries::named(std::string_view name) const {
   return first(entries, [&](const AccessEntry& entry) { return entry.name == name; });
 }
 
-std::string new_access_token() { return std::string{kAccessTokenStart} + text::random_hex(16); }
+std::string new_access_token() { return std::string{kAccessTokenStart} + random_hex(16, kernel_random); }
 
 std::expected<std::string, std::string> token_in(std::string_view text) {
   constexpr std::size_t kShortest = 16, kLongest = 1024;
@@ -98,7 +99,7 @@ std::string access_name_fault(const std::string& name) {
 }
 
 AccessEntry entry_for_token(std::string name, Role role, std::string_view token) {
-  const std::string salt = text::random_hex(16);
+  const std::string salt = random_hex(16, kernel_random);
   return {std::move(name), role, salt, token_hash(salt, token)};
 }
 

@@ -24,7 +24,7 @@ std::string session_proof(std::string_view token, Prover prover, const SessionTe
   return text::hexadecimal({digest.data(), size});
 }
 
-std::string new_nonce() { return text::random_hex(16); }
+std::string new_nonce(const RandomBytes& random) { return random_hex(16, random); }
 
 bool is_nonce(std::string_view text) {
   return text.size() == 32 && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;

@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "proto/text/random_bytes.hpp"
+
 namespace truepose::control {
 
 /// What both ends of a session have agreed on before one proves to the other that it knows the token.
@@ -18,8 +20,7 @@ enum class Prover { Client, Server };
 /// hexadecimal digits. From a weak token it can be guessed at leisure, so a token is random.
 std::string session_proof(std::string_view token, Prover prover, const SessionTerms& terms);
 
-/// A nonce from the kernel's random numbers.
-std::string new_nonce();
+std::string new_nonce(const RandomBytes& random);
 /// Whether a text from the other end can be a nonce.
 bool is_nonce(std::string_view text);
 

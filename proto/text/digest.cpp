@@ -1,11 +1,8 @@
 #include "proto/text/digest.hpp"
 
 #include <openssl/sha.h>
-#include <sys/random.h>
 
 #include <array>
-#include <stdexcept>
-#include <vector>
 
 namespace truepose::text {
 
@@ -35,12 +32,5 @@ std::string sha256(std::string_view bytes) {
 }
 
 std::string sha256_hex(std::string_view bytes) { return hexadecimal(digest_of(bytes)); }
-
-std::string random_hex(std::size_t bytes) {
-  std::vector<unsigned char> random(bytes);
-  if (::getrandom(random.data(), random.size(), 0) != static_cast<ssize_t>(random.size()))
-    throw std::runtime_error{"the kernel has no random numbers"};
-  return hexadecimal(random);
-}
 
 }  // namespace truepose::text

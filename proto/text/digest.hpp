@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,8 +13,5 @@ std::string hexadecimal(std::span<const unsigned char> bytes);
 std::string sha256(std::string_view bytes);
 /// SHA-256 in hexadecimal digits.
 std::string sha256_hex(std::string_view bytes);
-
-/// Bytes from the kernel's random numbers, in hexadecimal digits.
-std::string random_hex(std::size_t bytes);
 
 }  // namespace truepose::text

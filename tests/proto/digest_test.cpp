@@ -15,10 +15,5 @@ TEST(Sha256, GivesTheDigestsOfTheStandard) {
   EXPECT_EQ(sha256_hex(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
 
-TEST(RandomHex, GivesTwoDigitsAByteAndNeverTheSame) {
-  EXPECT_EQ(random_hex(16).size(), 32U);
-  EXPECT_NE(random_hex(16), random_hex(16));
-}
-
 }  // namespace
 }  // namespace truepose::text

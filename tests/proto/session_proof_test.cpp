@@ -35,9 +35,9 @@ TEST(SessionProof, IsAnotherForAnyOtherTokenEndOrTerm) {
 }
 
 TEST(SessionProof, HasANewNonceEachTime) {
-  const std::string nonce = new_nonce();
+  const std::string nonce = new_nonce(kernel_random);
   EXPECT_EQ(nonce.size(), 32U);
-  EXPECT_NE(new_nonce(), nonce);
+  EXPECT_NE(new_nonce(kernel_random), nonce);
 }
 
 }  // namespace

@@ -199,7 +199,7 @@ TEST_F(ControlServerTest, OpensASessionForAClientThatProvesThatItKnowsTheToken) 
   const auto port = serve();
   const auto hello = [&](Client& client, const std::string& token, const std::string& endpoint) {
     const Reply challenge = client.call("session.challenge");
-    const control::SessionTerms terms{endpoint, control::new_nonce(),
+    const control::SessionTerms terms{endpoint, control::new_nonce(kernel_random),
                                       challenge.result->at("nonce").as_string().c_str()};
     const Reply reply =
         client.call("session.hello", {{"protocol", 1},
@@ -215,8 +215,9 @@ TEST_F(ControlServerTest, OpensASessionForAClientThatProvesThatItKnowsTheToken) 
   EXPECT_EQ(hello(right, token, here), 0);
   EXPECT_EQ(right.code("cell.status"), 0);
   EXPECT_EQ(hello(wrong, "another token of some length", here), -32001);
-  EXPECT_EQ(hello(relayed, token, "127.0.0.1 1"), -32001);            // made for whoever sits at another port
-  const control::SessionTerms without{{}, control::new_nonce(), {}};  // what a server that was not asked has
+  EXPECT_EQ(hello(relayed, token, "127.0.0.1 1"), -32001);  // made for whoever sits at another port
+  const control::SessionTerms without{
+      {}, control::new_nonce(kernel_random), {}};  // what a server that was not asked has
   EXPECT_EQ(
       unasked.code("session.hello", {{"protocol", 1},
                                      {"nonce", without.client_nonce},

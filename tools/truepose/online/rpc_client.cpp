@@ -99,7 +99,7 @@ std::expected<json::value, CommandError> RpcClient::open_by_proof(const std::str
       "the server at " + daemon_ + " does not know the token: no trueposed, or one of another cell"};
   const auto given = record::from_json<Challenge::Result>(*challenge);
   if (!given || !control::is_nonce(given->nonce)) return std::unexpected(unexpected_server);
-  const control::SessionTerms terms{endpoint, control::new_nonce(), given->nonce};
+  const control::SessionTerms terms{endpoint, control::new_nonce(kernel_random), given->nonce};
   auto greeting =
       hello({.nonce = terms.client_nonce, .proof = session_proof(token, control::Prover::Client, terms)});
   if (!greeting) return greeting;
