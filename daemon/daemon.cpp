@@ -70,9 +70,10 @@ std::uint32_t rsi_peer(const config::RobotConfig& robot) {
   return *peer;
 }
 
-StreamOptions stream_options(const config::CellConfig& config, std::uint32_t peer) {
+StreamOptions stream_options(const config::CellConfig& config, std::uint32_t peer, drivers::TimePoint now) {
   StreamOptions options = StreamOptions::of(config);
   options.peer = peer;
+  options.listening_since = now;
   options.never_corrected = !may_have_corrected(config.store);
   return options;
 }
@@ -133,9 +134,9 @@ class CellDaemon final : public Daemon {
         events_{event_numbers(), machine_.wall_clock, &store_},
         peer_{rsi_peer(config.robot)},
         stream_memory_{stream_memory(runtime)},
-        stream_{started(StreamCycle::create(config.robot.model,
-                                            started(read_ethernet(config.stream.ethernet_xml)),
-                                            stream_options(config, peer_), stream_memory_.get()))},
+        stream_{started(
+            StreamCycle::create(config.robot.model, started(read_ethernet(config.stream.ethernet_xml)),
+                                stream_options(config, peer_, machine_.clock.now()), stream_memory_.get()))},
         recorder_{recording_ring(config.recording, machine_.wall_clock()), machine_.clock,
                   clock_origin_ns(machine_), listens_at(config.stream)},
         recorded_stream_{*stream_, *stream_memory_, recorder_.exchanges()},

@@ -80,8 +80,8 @@ asio::awaitable<std::expected<IdentificationService::Source, RpcError>> Identifi
 }
 
 /// Takes long.
-std::expected<IdentificationService::Made, std::string> IdentificationService::make(Request request,
-                                                                                    Source source) {
+std::expected<IdentificationService::Made, std::string> IdentificationService::make(
+    const drivers::Clock& clock, Request request, Source source) {
   std::vector<StoredPoint> points = source.points;
   if (const std::string other = other_arm(points, request.config.robot.model); !other.empty())
     return std::unexpected(other);
@@ -99,10 +99,10 @@ std::expected<IdentificationService::Made, std::string> IdentificationService::m
   }
   if (const auto why = too_few(points, request.config))
     return std::unexpected("of the poses to identify from, " + *why);
-  const auto begun = std::chrono::steady_clock::now();
+  const drivers::TimePoint begun = clock.now();
   auto result = identified(points, request.config, source.resumptions);
   if (!result) return std::unexpected(result.error());
-  result->elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  result->elapsed_s = std::chrono::duration<double>(clock.now() - begun).count();
   const CampaignRecord& record = source.record;
   made.result.identities = {{record.robot_model, record.robot_serial, ""},
                             {record.tracker_model, record.tracker_serial, ""}};
@@ -119,7 +119,7 @@ Reply<rpc::CampaignIdentify> IdentificationService::identify(rpc::CampaignIdenti
   if (!source) co_return std::unexpected(source.error());
   const CampaignRecord record = source->record;
   Request request{asked, with_options(parts_.config, asked)};
-  auto job = [request, points = *source] { return make(request, points); };
+  auto job = [&clock = parts_.clock, request, points = *source] { return make(clock, request, points); };
   auto made = co_await parts_.compute_thread.ask(job);
   if (!made)
     co_return std::unexpected(

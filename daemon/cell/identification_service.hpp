@@ -39,7 +39,7 @@ class IdentificationService {
   Reply<rpc::CampaignIdentify> identify(rpc::CampaignIdentify asked, std::string by);
 
   boost::asio::awaitable<std::expected<Source, control::RpcError>> read(std::string id);
-  static std::expected<Made, std::string> make(Request request, Source source);
+  static std::expected<Made, std::string> make(const drivers::Clock& clock, Request request, Source source);
   Reply<rpc::CampaignIdentify> keep(Request request, CampaignRecord source, Made made, std::string by);
 
   CellParts parts_;

@@ -23,12 +23,12 @@ RobotModel without_limits(RobotModel robot) {
   return robot;
 }
 
-SessionOptions session_options(const StreamOptions& options, drivers::TimePoint now) {
+SessionOptions session_options(const StreamOptions& options) {
   return {.cycle = options.cycle,
           .gap_cycles = options.timeout_cycles,
           .step_rad = options.max_step_rad,
           .peer = options.peer,
-          .listening_since = now,
+          .listening_since = options.listening_since,
           .never_corrected = options.never_corrected};
 }
 
@@ -49,8 +49,8 @@ StreamCycle::StreamCycle(const RobotModel& nominal, const rsi::EthernetConfig& e
       codec_{ethernet},
       has_stop_{ethernet.stop.has_value()},
       sends_aspos_{ethernet.sends("ASPos")},
-      done_{options.now()},
-      session_{session_options(options, done_), memory},
+      done_{options.listening_since},
+      session_{session_options(options), memory},
       missing_{ethernet, options.cycles_per_second()},
       late_replies_{options.rejected_cycles},
       lateness_{options.cycle},

@@ -34,10 +34,10 @@ struct StreamOptions {
   /// After no packet of the controller for this long the stream must be started again. None: it resumes by
   /// itself.
   std::optional<std::chrono::milliseconds> disarm_after = kSilence;
-  std::optional<std::uint32_t> peer;  ///< the controller's IPv4 address; none: any
-  double max_fk_deviation_mm = 1;     ///< RIst against the nominal arm at AIPos
-  bool never_corrected = false;       ///< no process of this cell has ever sent a correction but zero
-  drivers::TimePoint (*now)() noexcept = &std::chrono::steady_clock::now;  ///< for the start alone
+  std::optional<std::uint32_t> peer;     ///< the controller's IPv4 address; none: any
+  double max_fk_deviation_mm = 1;        ///< RIst against the nominal arm at AIPos
+  bool never_corrected = false;          ///< no process of this cell has ever sent a correction but zero
+  drivers::TimePoint listening_since{};  ///< before, another process may have replied to the controller
 
   static StreamOptions of(const config::CellConfig& cell);
 

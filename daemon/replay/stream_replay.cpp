@@ -15,9 +15,6 @@ using recording::Record;
 
 namespace {
 
-// The stream reads its clock through a function.
-thread_local drivers::TimePoint replay_time;
-
 constexpr const char* kBegunBefore =
     "it begins within the life of a stream: until the replayed one is ramped in";
 constexpr const char* kIncomplete = "records are missing: until the next checkpoint";
@@ -54,7 +51,6 @@ std::expected<StreamReplay, std::string> StreamReplay::create(const recording::H
   if (!ethernet) return std::unexpected("header: ethernet_xml: " + ethernet.error());
   auto options = options_of(header.stream);
   if (!options) return std::unexpected("header: " + options.error());
-  options->now = []() noexcept { return replay_time; };
   RobotModel nominal = config::parse_model(header.nominal_yaml, "header: nominal_yaml").cell.robot;
   if (auto why = why_unfit(nominal, *ethernet, *options)) return std::unexpected("header: " + *why);
   Models models;
@@ -94,7 +90,7 @@ void StreamReplay::take(const Record& record) {
 
 void StreamReplay::begin(const Record& record) {
   end();
-  replay_time = drivers::time_of(record.time_ns);
+  options_.listening_since = drivers::time_of(record.time_ns);
   memory_ = StreamMemory::in_process();
   if (const auto memory = memory_in(record.bytes)) memory_->keep(*memory);
   cycle_ = StreamCycle::create(nominal_, ethernet_, options_, memory_.get()).value();
@@ -133,12 +129,12 @@ void StreamReplay::answer(const Record& sent) {
   const auto datagram = std::exchange(datagram_, std::nullopt);
   if (!datagram) return;
   if (!cycle_) return explain(kBegunBefore);
-  replay_time = drivers::time_of(sent.time_ns);
   const recording::Endpoint peer = datagram->peer.value_or(recording::Endpoint{});
   const std::string_view reply =
       cycle_->answer({datagram->bytes, {peer.address, peer.port}, drivers::time_of(datagram->time_ns)});
   const drivers::TimePoint received = drivers::time_of(datagram->time_ns);
-  cycle_->finish({received, received, replay_time, replay_time, {}, !reply.empty()});
+  const drivers::TimePoint done = drivers::time_of(sent.time_ns);
+  cycle_->finish({received, received, done, done, {}, !reply.empty()});
   ++report_.datagrams;
   take_events(datagram->time_ns);
   if (!caught_up_ && model_known_) {

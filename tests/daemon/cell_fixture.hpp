@@ -215,7 +215,6 @@ struct CellTest : testing::Test {
   EventBus events{{1, 1'000'000, [] {}}, wall_clock};
   static StreamOptions stream_options_of(const config::CellConfig& config) {
     StreamOptions options = StreamOptions::of(config);
-    options.now = []() noexcept { return drivers::TimePoint{}; };
     options.peer = 0x7f000001;
     return options;
   }

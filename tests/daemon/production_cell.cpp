@@ -28,8 +28,6 @@ constexpr std::uint64_t kMostCyclesOfAProgram = 150'000;
 constexpr double kCyclesOfAProgram = 22'000;       // about
 constexpr std::uint32_t kController = 0xC0A82C01;  // 192.168.44.1
 
-drivers::TimePoint daemon_time;
-
 /// The shipped stream programs and a cell's: its own $config.dat takes the place of the controller's.
 std::vector<krl::Source> sources_with(const std::string& program) {
   const std::filesystem::path root = TRUEPOSE_SOURCE_DIR, corpus = root / "tests/proto/krl_corpus/stream";
@@ -179,8 +177,7 @@ void ProductionCell::start_daemon() {
   StreamOptions options = StreamOptions::of(config::CellConfig{});
   options.timeout_cycles = kTimeout;
   options.peer = kController;
-  daemon_time = now_;
-  options.now = []() noexcept { return daemon_time; };
+  options.listening_since = now_;
   stream_ = StreamCycle::create(nominal_, config_, options, stream_memory_.get()).value();
   stream_->use_model(real_, 1);
   stream_->arm();
@@ -197,7 +194,6 @@ void ProductionCell::exchange(const Plant::Sent& sent) {
     burst_ = 1 + static_cast<int>(random_.uniform() * 19);
   const bool lost = burst_ > 0 && burst_-- > 0;
   if (!stream_ || (lost && random_.uniform() < 0.5)) return;
-  daemon_time = now_;
   const std::string_view reply = stream_->answer({frame(sent), {kController, sent.source_port}, now_});
   stream_->finish({.received = now_, .taken = now_, .ready = now_, .sent = now_, .replied = !reply.empty()});
   if (const StreamStatus status = stream_->status();

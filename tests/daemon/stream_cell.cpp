@@ -26,8 +26,6 @@ constexpr std::chrono::milliseconds kDisarmAfter{400};
 constexpr std::size_t kReceiveBuffer =
     250;  // datagrams that the kernel keeps for a process that does not run
 
-drivers::TimePoint daemon_time;
-
 }  // namespace
 
 StreamPage::StreamPage() {
@@ -144,8 +142,7 @@ void StreamCell::start_daemon() {
   if (!options_.rearms) options.disarm_after = kDisarmAfter;
   options.peer = kController;
   options.never_corrected = !corrected_before_;
-  daemon_time = now_;
-  options.now = []() noexcept { return daemon_time; };
+  options.listening_since = now_;
   cycle_ = StreamCycle::create(nominal_arm(), config_, options, memory_.get()).value();
   cycle_->use_model(arm_, 1);
   given_ = foreign_given_ = replied_ = 0;
@@ -359,29 +356,27 @@ std::string StreamCell::damaged(std::string bytes) {
 void StreamCell::deliver(std::string bytes, const UdpSource& source, std::optional<std::uint64_t> ipoc) {
   OnTheWay datagram{std::move(bytes), source, now_ + std::chrono::microseconds{pick(900)}, ipoc};
   if (stalled_cycles_ == 0) {
-    daemon_time = datagram.received;
-    answer(datagram);
+    answer(datagram, datagram.received);
   } else if (backlog_.size() < kReceiveBuffer) {
     backlog_.push_back(std::move(datagram));
   }
 }
 
 void StreamCell::read_backlog() {
-  daemon_time = now_ + std::chrono::milliseconds{1};
-  for (const OnTheWay& datagram : backlog_) answer(datagram);
+  for (const OnTheWay& datagram : backlog_) answer(datagram, now_ + std::chrono::milliseconds{1});
   backlog_.clear();
 }
 
-void StreamCell::answer(const OnTheWay& datagram) {
+void StreamCell::answer(const OnTheWay& datagram, drivers::TimePoint taken) {
   ++given_;
   const bool other_address = datagram.source.address != kController;
   foreign_given_ += other_address;
   if (datagram.ipoc && !other_address) note_silence(datagram.received);
   const std::string_view reply = cycle_->answer({datagram.bytes, datagram.source, datagram.received});
   cycle_->finish({.received = datagram.received,
-                  .taken = daemon_time,
-                  .ready = daemon_time,
-                  .sent = daemon_time,
+                  .taken = taken,
+                  .ready = taken,
+                  .sent = taken,
                   .replied = !reply.empty()});
   if (disarmed_) {
     const StreamState state = cycle_->status().state;

@@ -68,7 +68,7 @@ class StreamPage {
 /// overtake each other, restarts of controller, daemon and machine, commands of operators; up to 200 deg/s,
 /// corrections up to 3 deg.
 ///
-/// All in virtual time, the same again from the same seed. One cell at a time: the daemon's clock is one.
+/// All in virtual time, the same again from the same seed.
 class StreamCell {
  public:
   explicit StreamCell(std::uint64_t seed, const StreamCellOptions& options = {});
@@ -130,7 +130,7 @@ class StreamCell {
     std::optional<std::uint64_t> ipoc;  // of a good frame
   };
   void deliver(std::string bytes, const drivers::UdpSource& source, std::optional<std::uint64_t> ipoc);
-  void answer(const OnTheWay& datagram);
+  void answer(const OnTheWay& datagram, drivers::TimePoint taken);
   void note_silence(drivers::TimePoint received);
   void read_backlog();
 

@@ -76,11 +76,7 @@ inline rsi::EthernetConfig ethernet_config() {
   return config;
 }
 
-inline StreamOptions stream_options() {
-  StreamOptions options = StreamOptions::of(config::CellConfig{});
-  options.now = []() noexcept { return drivers::TimePoint{}; };
-  return options;
-}
+inline StreamOptions stream_options() { return StreamOptions::of(config::CellConfig{}); }
 
 /// What happens to one exchange.
 struct Fate {

@@ -148,6 +148,7 @@ class Stream {
   explicit Stream(const RobotModel& model) {
     auto options = daemon::StreamOptions::of(config::CellConfig{});
     options.peer = kLoopback;
+    options.listening_since = std::chrono::steady_clock::now();
     cycle_ = daemon::StreamCycle::create(published_arm(), configuration(), options).value();
     cycle_->use_model(model, 1);
     cycle_->engage();

@@ -125,9 +125,7 @@ TEST(StreamCycle, LearnsTheStepOfIpocWhetherItCountsMillisecondsOrCycles) {
 TEST(StreamCycle, KeepsTheTimeOfItsRampsAtTwelveMilliseconds) {
   config::CellConfig config;
   config.stream.cycle = std::chrono::milliseconds{12};
-  StreamOptions options = StreamOptions::of(config);
-  options.now = stream_options().now;
-  StreamRig rig{options};
+  StreamRig rig{StreamOptions::of(config)};
   rig.step = 12;
   rig.settle();
   rig.cycle->use_model(real_arm(), 1);
