@@ -323,7 +323,7 @@ void ControlServer::stop() {
     impl_->local_listener->close();
     ::unlink(impl_->context->parts.socket.c_str());
   }
-  const std::set<Session*> sessions = impl_->context->sessions;
+  const std::vector<Session*> sessions = impl_->context->sessions;
   for (Session* session : sessions) session->shared_from_this()->stop();
   impl_->context->jobs->stop();
 }

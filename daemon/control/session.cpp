@@ -23,7 +23,7 @@ constexpr std::size_t kEventsPerBatch = 64;
 
 void SessionContext::refresh_access() {
   if (!admission->refresh()) return;
-  const std::set<Session*> all = sessions;
+  const std::vector<Session*> all = sessions;
   for (Session* session : all) session->check_access();
 }
 
@@ -49,10 +49,10 @@ Session::Session(std::unique_ptr<Connection> connection, Peer peer, std::shared_
       lines_{control::kMaxLineBeforeHello},
       connected_{context_->parts.clock.now()},
       last_request_{connected_} {
-  context_->sessions.insert(this);
+  context_->sessions.push_back(this);
 }
 
-Session::~Session() { context_->sessions.erase(this); }
+Session::~Session() { std::erase(context_->sessions, this); }
 
 void Session::start() {
   const auto done = [self = shared_from_this()](std::exception_ptr) { self->close(); };

@@ -41,7 +41,7 @@ struct SessionContext {
   std::set<std::string, std::less<>> cell_methods;
   drivers::TimePoint started;
   std::string started_text;
-  std::set<Session*> sessions{};          ///< those that live
+  std::vector<Session*> sessions{};       ///< those that live, in the order in which they connected
   std::uint64_t last_number = 0;          ///< given to a session
   drivers::TimePoint next_tls_warning{};  ///< not before
   std::unique_ptr<Admission> admission{};
