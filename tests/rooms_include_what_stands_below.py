@@ -38,7 +38,7 @@ ROOMS = {
     "tools/bench": "core daemon drivers proto tools/truepose",
     "tools/experiment": "config core daemon/report proto tools/steering tools/truepose",
     "tools/proxy": "config core drivers/net proto tools/steering",
-    "tools/sim": "config core drivers/net proto tools/steering",
+    "tools/sim": "config core drivers drivers/net proto tools/steering",
     "tools/steering": "drivers/net proto",
     "tools/truepose": "config core daemon/cell daemon/control daemon/replay daemon/report daemon/store drivers proto "
     "tools/steering tools/truepose/doctor",

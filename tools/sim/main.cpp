@@ -21,6 +21,7 @@
 #include "config/scenario.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/joint_units.hpp"
+#include "drivers/clock.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/eki/messages.hpp"
 #include "proto/krl/lexer.hpp"
@@ -28,8 +29,8 @@
 #include "proto/record/forms.hpp"
 #include "proto/record/json_io.hpp"
 #include "proto/rsi/ethernet_config.hpp"
-#include "tools/sim/host_address.hpp"
 #include "tools/sim/controller/rsi_datagrams.hpp"
+#include "tools/sim/host_address.hpp"
 #include "tools/sim/simulated_cell.hpp"
 #include "tools/steering/event_loop.hpp"
 #include "tools/steering/exit_code.hpp"
@@ -297,8 +298,9 @@ int run(Options options) {
   const rsi::EthernetConfig ethernet = sendable_ethernet(scenario.ethernet_xml);
   choose_rsi_target(options, ethernet);
 
+  truepose::drivers::SteadyClock clock;
   steering::EventLoop loop;
-  sim::SimulatedCell cell{loop.executor(), scenario, ethernet, options.cell};
+  sim::SimulatedCell cell{{.io = loop.executor(), .clock = clock}, scenario, ethernet, options.cell};
   std::optional<steering::LinePort> admin;
   if (options.admin_port) {
     try {

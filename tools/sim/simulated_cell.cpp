@@ -16,8 +16,6 @@
 
 namespace truepose::sim {
 
-using std::chrono::steady_clock;
-
 namespace {
 
 using FaultKind = config::ScenarioFault::Kind;
@@ -80,9 +78,8 @@ bool is_of_rsi(const config::ScenarioFault& fault) {
   return fault.kind >= config::ScenarioFault::Kind::RsiDrop;
 }
 
-std::unique_ptr<TrackerServer> listening_tracker(const boost::asio::any_io_executor& executor,
-                                                 const SimulatedTarget& target, TrackerNoise noise,
-                                                 OrientationNoise orientation_noise,
+std::unique_ptr<TrackerServer> listening_tracker(const Machine& machine, const SimulatedTarget& target,
+                                                 TrackerNoise noise, OrientationNoise orientation_noise,
                                                  std::function<void(std::uint64_t)> before_point,
                                                  const config::Scenario& scenario, const CellOptions& cell) {
   TrackerServerOptions options;
@@ -95,8 +92,8 @@ std::unique_ptr<TrackerServer> listening_tracker(const boost::asio::any_io_execu
   options.before_point = std::move(before_point);
   try {
     if (cell.bridge_port)
-      return std::make_unique<BridgeServer>(executor, target, std::move(noise), std::move(options));
-    return std::make_unique<EmsconServer>(executor, target, std::move(noise), std::move(options));
+      return std::make_unique<BridgeServer>(machine, target, std::move(noise), std::move(options));
+    return std::make_unique<EmsconServer>(machine, target, std::move(noise), std::move(options));
   } catch (const boost::system::system_error& e) {
     throw PortError{"tracker", cell.bridge_port.value_or(cell.tracker_port), e.code()};
   }
@@ -154,16 +151,16 @@ std::unique_ptr<PathLog> path_log(const config::Scenario& scenario, const std::f
   return std::make_unique<PathLog>(file, scenario.nominal, arm_setup(scenario));
 }
 
-steady_clock::duration shortened(std::chrono::nanoseconds time, double speedup) {
-  return std::chrono::duration_cast<steady_clock::duration>(std::chrono::duration<double, std::nano>(time) /
-                                                            speedup);
+drivers::Duration shortened(std::chrono::nanoseconds time, double speedup) {
+  return std::chrono::duration_cast<drivers::Duration>(std::chrono::duration<double, std::nano>(time) /
+                                                       speedup);
 }
 
 }  // namespace
 
-SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scenario scenario,
-                             rsi::EthernetConfig ethernet, CellOptions options)
-    : executor_{executor},
+SimulatedCell::SimulatedCell(Machine machine, config::Scenario scenario, rsi::EthernetConfig ethernet,
+                             CellOptions options)
+    : machine_{std::move(machine)},
       scenario_{std::move(scenario)},
       ethernet_{std::move(ethernet)},
       options_{std::move(options)},
@@ -172,12 +169,14 @@ SimulatedCell::SimulatedCell(boost::asio::any_io_executor executor, config::Scen
       noise_random_{options_.seed ^ kNoiseStream},
       path_{path_log(scenario_, options_.path_file)},
       controller_{listening_controller(
-          scenario_, contexts_, [this] { boost::asio::post(executor_, [this] { follow(); }); }, path_.get())},
-      next_change_{executor},
+          scenario_, contexts_, [this] { boost::asio::post(machine_.io, [this] { follow(); }); },
+          path_.get())},
+      next_change_{machine_.io, machine_.clock},
+      alarms_{machine_.io, machine_.clock},
       eki_ports_{eki_ports(controller_, options_.eki_port)},
-      eki_{executor, options_.address, eki_ports_, *this},
+      eki_{machine_, options_.address, eki_ports_, *this},
       tracker_{listening_tracker(
-          executor, *this, [this](const Eigen::Vector3d& p_true_mm) { return measured(p_true_mm); },
+          machine_, *this, [this](const Eigen::Vector3d& p_true_mm) { return measured(p_true_mm); },
           orientation_noise(scenario_, options_.seed), [this](std::uint64_t number) { point_begins(number); },
           scenario_, options_)} {
   if (const auto reason = unsendable(ethernet_)) throw std::invalid_argument{*reason};
@@ -239,7 +238,7 @@ void SimulatedCell::received(const std::string& channel, std::string_view docume
 }
 
 TargetSight SimulatedCell::look() const {
-  TargetSight sight{.p_WS_mm = std::nullopt, .moving = false, .stamp = steady_clock::now()};
+  TargetSight sight{.p_WS_mm = std::nullopt, .moving = false};
   const RsiRunner::Arm arm = rsi_ ? rsi_->arm() : RsiRunner::Arm{controller_.axes(), controller_.is_moving()};
   sight.moving = arm.moving;
   std::vector<int> unhidden;
@@ -259,13 +258,13 @@ TargetSight SimulatedCell::look() const {
 }
 
 SimTime SimulatedCell::now() const {
-  const std::chrono::duration<double, std::nano> real = steady_clock::now() - start_;
+  const std::chrono::duration<double, std::nano> real = machine_.clock.now() - start_;
   return std::chrono::duration_cast<SimTime>(real * options_.speedup);
 }
 
 /// The controller's clock, while RSI has none.
 void SimulatedCell::pass_time() {
-  const steady_clock::time_point now = steady_clock::now();
+  const drivers::TimePoint now = machine_.clock.now();
   const std::chrono::duration<double, std::nano> real = now - passed_;
   passed_ = now;
   if (!rsi_) controller_.advance(std::chrono::duration_cast<SimTime>(real * options_.speedup));
@@ -280,15 +279,11 @@ void SimulatedCell::follow() {
     arm_.move_to(controller_.axes());
   }
   if (const auto session = controller_.rsi(); session && !rsi_) start_rsi(*session);
+  next_change_.clear();
   const std::optional<SimTime> change = rsi_ ? std::nullopt : controller_.next_change();
-  if (!change) {
-    next_change_.cancel();
-    return;
-  }
-  next_change_.expires_at(passed_ +
-                          std::max<steady_clock::duration>(shortened(*change, options_.speedup), kShortest));
-  next_change_.async_wait([this](boost::system::error_code cancelled) {
-    if (cancelled) return;
+  if (!change) return;
+  const auto after = std::max<drivers::Duration>(shortened(*change, options_.speedup), kShortest);
+  next_change_.at(passed_ + after, [this] {
     pass_time();
     follow();
   });
@@ -324,7 +319,7 @@ void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
                        .consecutive_delay = scenario_.consecutive_delay};
   // A counter of the controller's milliseconds, so a new session is seen to be one.
   const auto ipoc =
-      std::chrono::floor<std::chrono::milliseconds>(steady_clock::now().time_since_epoch()).count();
+      std::chrono::floor<std::chrono::milliseconds>(machine_.clock.now().time_since_epoch()).count();
   // The controller outlives its session.
   RsiClient client{setup, std::shared_ptr<RsiProgram>{std::shared_ptr<void>{}, &controller_},
                    static_cast<std::uint64_t>(ipoc)};
@@ -335,13 +330,13 @@ void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
                                  .faults = rsi_faults(),
                                  .cycles_before = ended_sessions_.last_cycle};
   const auto ended = [this, number = session.number](RsiEnd end) {
-    boost::asio::post(executor_, [=, this] { rsi_ended(number, end); });
+    boost::asio::post(machine_.io, [=, this] { rsi_ended(number, end); });
   };
   const auto unknown_name = [this](const std::string& name) {
-    boost::asio::post(executor_, [=, this] { report_unknown_name(name); });
+    boost::asio::post(machine_.io, [=, this] { report_unknown_name(name); });
   };
   const auto rejected = [this](const std::string& line) {
-    boost::asio::post(executor_, [line] { std::fprintf(stderr, "%s\n", line.c_str()); });
+    boost::asio::post(machine_.io, [line] { std::fprintf(stderr, "%s\n", line.c_str()); });
   };
   rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, unknown_name, rejected});
 }
@@ -351,7 +346,7 @@ void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {
   const std::unique_ptr<RsiRunner> ended = std::exchange(rsi_, nullptr);
   ended->stop();
   ended_sessions_.add(ended->statistics());
-  passed_ = steady_clock::now();
+  passed_ = machine_.clock.now();
   controller_.rsi_ended(session, end, ended->arm().q);
   if (end != RsiEnd::Off)
     operate_later(std::chrono::ceil<SimTime>(Seconds{scenario_.operator_s}),
@@ -360,11 +355,7 @@ void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {
 }
 
 void SimulatedCell::operate_later(std::chrono::nanoseconds after, OperatorAct act) {
-  const auto timer =
-      timers_.emplace(timers_.end(), executor_, steady_clock::now() + shortened(after, options_.speedup));
-  timer->async_wait([this, timer, act](boost::system::error_code cancelled) {
-    if (cancelled) return;
-    timers_.erase(timer);
+  alarms_.at(machine_.clock.now() + shortened(after, options_.speedup), [this, act] {
     pass_time();
     controller_.operate(act);
     follow();
@@ -383,12 +374,9 @@ void SimulatedCell::report_unknown_name(const std::string& name) {
 
 /// @param at  of scaled time, since the start
 void SimulatedCell::schedule(const config::ScenarioFault& fault, std::chrono::milliseconds at) {
-  const auto timer = timers_.emplace(timers_.end(), executor_, start_ + shortened(at, options_.speedup));
-  timer->async_wait([this, timer, fault, at](boost::system::error_code cancelled) {
-    if (cancelled) return;
+  alarms_.at(start_ + shortened(at, options_.speedup), [this, fault, at] {
     misbehave(fault);
     if (fault.every > 0) schedule(fault, at + std::chrono::milliseconds{fault.every});
-    timers_.erase(timer);
   });
 }
 
@@ -425,13 +413,7 @@ void SimulatedCell::misbehave(const config::ScenarioFault& fault) {
     disturb_robot(fault);
   } else {
     disturb_tracker();
-    if (fault.lasts == 0) return;
-    const auto timer = timers_.emplace(timers_.end(), executor_, std::chrono::steady_clock::now() + shorter);
-    timer->async_wait([this, timer](boost::system::error_code cancelled) {
-      if (cancelled) return;
-      disturb_tracker();
-      timers_.erase(timer);
-    });
+    if (fault.lasts != 0) alarms_.at(machine_.clock.now() + shorter, [this] { disturb_tracker(); });
   }
 }
 

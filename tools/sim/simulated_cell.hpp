@@ -1,11 +1,8 @@
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
-#include <list>
 #include <memory>
 #include <optional>
 #include <set>
@@ -16,11 +13,13 @@
 #include "core/math/random.hpp"
 #include "core/simulate/true_arm.hpp"
 #include "proto/rsi/ethernet_config.hpp"
+#include "tools/sim/alarms.hpp"
 #include "tools/sim/controller/controller.hpp"
 #include "tools/sim/controller/controller_setup.hpp"
 #include "tools/sim/controller/eki_server.hpp"
-#include "tools/sim/motion/path_log.hpp"
 #include "tools/sim/controller/rsi_runner.hpp"
+#include "tools/sim/machine.hpp"
+#include "tools/sim/motion/path_log.hpp"
 #include "tools/sim/tracker/tracker_server.hpp"
 
 namespace truepose::sim {
@@ -50,9 +49,9 @@ struct CellStatistics {
 class SimulatedCell : private EkiListener, private SimulatedTarget {
  public:
   /// Listens at once. Throws PortError, and std::invalid_argument where the scenario cannot be simulated.
-  /// @param executor  a single thread's; the cell is destroyed when that no longer runs
-  SimulatedCell(boost::asio::any_io_executor executor, config::Scenario scenario,
-                rsi::EthernetConfig ethernet, CellOptions options);
+  /// @param machine  the cell is destroyed when its executor does not run
+  SimulatedCell(Machine machine, config::Scenario scenario, rsi::EthernetConfig ethernet,
+                CellOptions options);
   ~SimulatedCell() override;
 
   struct Ports {
@@ -99,8 +98,8 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   config::ScenarioFault in_cycles(config::ScenarioFault fault) const;
   Eigen::Vector3d measured(const Eigen::Vector3d& p_true_mm);
 
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  boost::asio::any_io_executor executor_;
+  const Machine machine_;
+  const drivers::TimePoint start_ = machine_.clock.now();
   config::Scenario scenario_;
   rsi::EthernetConfig ethernet_;
   RsiContexts contexts_;  // before the controller, which fills them
@@ -110,9 +109,9 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   Random noise_random_;
   std::unique_ptr<PathLog> path_;
   Controller controller_;
-  std::chrono::steady_clock::time_point passed_ = start_;  // until when the controller's time has gone on
-  boost::asio::steady_timer next_change_;
-  std::list<boost::asio::steady_timer> timers_;
+  drivers::TimePoint passed_ = start_;  // until when the controller's time has gone on
+  Alarms next_change_;                  // of the controller
+  Alarms alarms_;
   std::uint64_t point_ = 1;  // that the tracker measures, or comes to measure
   double extra_sigma_mm_ = 0;
   std::set<std::string> reported_unknown_names_;

@@ -24,9 +24,7 @@ constexpr double kSigma_mm = 0.01;
 
 class StandingTarget final : public SimulatedTarget {
  public:
-  TargetSight look() const override {
-    return {.p_WS_mm = p_WS_mm, .stamp = std::chrono::steady_clock::now(), .R_WT = R_WT};
-  }
+  TargetSight look() const override { return {.p_WS_mm = p_WS_mm, .R_WT = R_WT}; }
   std::optional<Eigen::Vector3d> p_WS_mm = Eigen::Vector3d{2500, 1200, -300};
   Eigen::Matrix3d R_WT = Eigen::Matrix3d::Identity();
 };
@@ -80,13 +78,12 @@ class SimulatedBridge : public testing::Test {
   }
 
   std::mt19937 random_{kBridgeSeed};
-  asio::io_context io;
-  StandingTarget target;
-  BridgeServer server{io.get_executor(),
-                      target,
-                      [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm); },
-                      {.speedup = 20}};
   drivers::SteadyClock clock;
+  asio::io_context io;
+  const Machine machine{.io = io.get_executor(), .clock = clock};
+  StandingTarget target;
+  BridgeServer server{
+      machine, target, [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm); }, {.speedup = 20}};
   drivers::BridgeTracker tracker{
       io.get_executor(), clock, {.host = "127.0.0.1", .port = server.port(), .reflector = "CCR-1.5in"}};
   Eigen::Vector3d aim_mm = *target.p_WS_mm + Eigen::Vector3d{10, -5, 8};
@@ -111,7 +108,7 @@ TEST_F(SimulatedBridge, IsConnectedAimedMeasuredAndTurnedOver) {
 
 TEST_F(SimulatedBridge, TurnsA6DTargetAsItStands) {
   target.R_WT = rotation_zyx(0.7, -0.3, 2.5);
-  BridgeServer of_probe{io.get_executor(),
+  BridgeServer of_probe{machine,
                         target,
                         [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm); },
                         {.speedup = 20,

@@ -17,6 +17,7 @@
 #include "drivers/clock.hpp"
 #include "drivers/kuka/eki_robot.hpp"
 #include "drivers/leica/emscon_tracker.hpp"
+#include "drivers/mock/virtual_clock.hpp"
 #include "tests/simulator_process.hpp"
 #include "tests/temp_folder.hpp"
 #include "tests/tools/sim/kr210.hpp"
@@ -36,21 +37,30 @@ rsi::EthernetConfig shipped_ethernet() {
       .value();
 }
 
+/// What a cell runs on, in real time or in virtual time.
+template <class Time>
+struct World {
+  Time clock;
+  asio::io_context io{1};
+  const Machine machine{.io = io.get_executor(), .clock = clock};
+};
+using RealWorld = World<drivers::SteadyClock>;
+
 /// A scenario, moved and measured by the real drivers over loopback, faster than life.
 class Cell {
  public:
   explicit Cell(std::uint64_t seed, config::Scenario what = demo())
-      : scenario{std::move(what)}, cell_{io_.get_executor(), scenario, shipped_ethernet(), options(seed)} {}
+      : scenario{std::move(what)}, cell_{world_.machine, scenario, shipped_ethernet(), options(seed)} {}
 
   template <class T>
   T run(asio::awaitable<T> call) {
     std::optional<T> result;
     std::exception_ptr thrown;
-    asio::co_spawn(io_, std::move(call), [&](std::exception_ptr error, T value) {
+    asio::co_spawn(world_.io, std::move(call), [&](std::exception_ptr error, T value) {
       thrown = error;
       result = std::move(value);
     });
-    while (!result) io_.run_one();
+    while (!result) world_.io.run_one();
     if (thrown) std::rethrow_exception(thrown);
     return *std::move(result);
   }
@@ -96,17 +106,16 @@ class Cell {
     return options;
   }
 
-  asio::io_context io_{1};
+  RealWorld world_;
   SimulatedCell cell_;
-  drivers::SteadyClock clock_;
 
  public:
   drivers::KukaEkiRobot robot{
-      io_.get_executor(),
-      clock_,
+      world_.machine.io,
+      world_.clock,
       {.host = "127.0.0.1", .motion_port = cell_.ports().eki, .state_port = cell_.ports().eki_state}};
   drivers::EmsconTracker tracker{
-      io_.get_executor(), clock_, {.host = "127.0.0.1", .port = cell_.ports().tracker}};
+      world_.machine.io, world_.clock, {.host = "127.0.0.1", .port = cell_.ports().tracker}};
 };
 
 /// Poses that the tracker sees, or that it does not.
@@ -232,9 +241,9 @@ TEST(SimulatedCell, SetsItsOverrideBackAfterTheTimeThatAFaultLasts) {
 TEST(SimulatedCell, RefusesASendListThatItCannotServe) {
   rsi::EthernetConfig ethernet = shipped_ethernet();
   ethernet.send.push_back({"DEF_Nonsense", rsi::ElementType::Double, std::nullopt});
-  asio::io_context io;
+  RealWorld world;
   const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9};
-  EXPECT_THROW((SimulatedCell{io.get_executor(), demo(), ethernet, options}), std::invalid_argument);
+  EXPECT_THROW((SimulatedCell{world.machine, demo(), ethernet, options}), std::invalid_argument);
 }
 
 /// A controller with a channel and a program of its own, and without the files that truepose ships.
@@ -254,25 +263,25 @@ config::Scenario cell_of_its_own(const TempFolder& folder, const std::string& pr
 
 TEST(SimulatedCell, OpensTheChannelsThatItsProgramsNameWithoutTrueposesOwn) {
   const TempFolder folder;
-  asio::io_context io{1};
+  RealWorld world;
   const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9};
-  SimulatedCell cell{io.get_executor(),
+  SimulatedCell cell{world.machine,
                      cell_of_its_own(folder, "RET=EKI_Init(\"Sensor\")\nRET=EKI_Open(\"Sensor\")\nHALT\n"),
                      shipped_ethernet(), options};
   EXPECT_EQ(cell.ports().eki, 0);
   EXPECT_EQ(cell.ports().eki_state, 0);
   ASSERT_EQ(cell.ports().others.size(), 1U);
   EXPECT_EQ(cell.ports().others[0].channel, "Sensor");
-  asio::ip::tcp::socket client{io};
+  asio::ip::tcp::socket client{world.io};
   client.connect({asio::ip::address_v4::loopback(), cell.ports().others[0].port});
   EXPECT_TRUE(client.is_open());
 }
 
 TEST(SimulatedCell, RefusesAProgramThatNamesAChannelOfTrueposeWithoutItsFile) {
   const TempFolder folder;
-  asio::io_context io{1};
+  RealWorld world;
   const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9};
-  EXPECT_THROW((SimulatedCell{io.get_executor(), cell_of_its_own(folder, "RET=EKI_Init(\"CellLink\")\n"),
+  EXPECT_THROW((SimulatedCell{world.machine, cell_of_its_own(folder, "RET=EKI_Init(\"CellLink\")\n"),
                               shipped_ethernet(), options}),
                std::invalid_argument);
 }
@@ -280,7 +289,7 @@ TEST(SimulatedCell, RefusesAProgramThatNamesAChannelOfTrueposeWithoutItsFile) {
 TEST(SimulatedCell, RunsTheContextThatItsProgramNames) {
   for (const std::string name : {"Sensor", "Sensor.rsi", "Other"}) {
     const TempFolder folder;
-    asio::io_context io{1};
+    RealWorld world;
     const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9, .speedup = 500};
     config::Scenario scenario = cell_of_its_own(
         folder, "DECL INT ID\nIF RSI_CREATE(\"" + name +
@@ -290,26 +299,12 @@ TEST(SimulatedCell, RunsTheContextThatItsProgramNames) {
     std::filesystem::create_directories(folder.path() / "files/rsi");
     folder.write("files/rsi/Sensor.rsi.xml",
                  rsi::context_xml(rsi::truepose_context({}), rsi::ContextFormat::RsiXml));
-    SimulatedCell cell{io.get_executor(), std::move(scenario), shipped_ethernet(), options};
+    SimulatedCell cell{world.machine, std::move(scenario), shipped_ethernet(), options};
     const bool is_there = name != "Other";
     EXPECT_EQ(cell.statistics().rsi.sessions, is_there ? 1U : 0U) << name;
     EXPECT_EQ(cell.program().state, is_there ? eki::ProgramState::Active : eki::ProgramState::Stopped)
         << name;
   }
-}
-
-TEST(SimulatedCell, HasItsProgramStartedAgainAfterHalt) {
-  const TempFolder folder;
-  asio::io_context io{1};
-  const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9, .speedup = 500};
-  config::Scenario scenario = cell_of_its_own(folder, "HALT\nHALT\nWAIT SEC 0.1\n");
-  scenario.operator_s = 3;
-  SimulatedCell cell{io.get_executor(), std::move(scenario), shipped_ethernet(), options};
-  EXPECT_EQ(cell.program().state, eki::ProgramState::Stopped);
-  const auto deadline = std::chrono::steady_clock::now() + 30s;
-  while (cell.program().state != eki::ProgramState::Ended && std::chrono::steady_clock::now() < deadline)
-    io.run_one_for(100ms);
-  EXPECT_EQ(cell.program().state, eki::ProgramState::Ended) << "past both HALTs";
 }
 
 TEST(SimulatedCell, ReplaysItsPointsFromTheSeed) {
@@ -346,6 +341,47 @@ TEST(SimulatedCell, StopsWithATimeoutWhenNobodyAnswersItsRsiDatagrams) {
   EXPECT_EQ(counters.lost, 100u);
   EXPECT_EQ(counters.max_step_rad, 0);
   cell.measured(poses(1, true).front());  // and the arm can be moved again
+}
+
+/// A cell whose loop runs in virtual time. Its servers listen, and have no clients.
+class SimulatedCellInVirtualTime : public testing::Test {
+ protected:
+  SimulatedCell& start(config::Scenario scenario) {
+    const CellOptions options{.rsi_host = "127.0.0.1", .rsi_port = 9};
+    return cell_.emplace(world_.machine, std::move(scenario), shipped_ethernet(), options);
+  }
+  /// @return when its program came to be in this state, since the start; nothing: never
+  std::optional<drivers::Duration> time_of(eki::ProgramState state) {
+    const bool came = world_.clock.run(world_.io, [&] {
+      return cell_->program().state == state || world_.clock.now() > drivers::TimePoint{2h};
+    });
+    if (!came || cell_->program().state != state) return std::nullopt;
+    return world_.clock.now().time_since_epoch();
+  }
+
+ private:
+  World<drivers::VirtualClock> world_;
+  std::optional<SimulatedCell> cell_;
+};
+
+TEST_F(SimulatedCellInVirtualTime, LivesThroughAFaultAfterAnHour) {
+  const TempFolder folder;
+  config::Scenario scenario = cell_of_its_own(folder, "LOOP\nWAIT SEC 1\nENDLOOP\n");
+  scenario.faults = {{.kind = config::ScenarioFault::Kind::ProgramStop, .at = 3'600'000, .lasts = 60'000}};
+  EXPECT_EQ(start(std::move(scenario)).program().state, eki::ProgramState::Active);
+  EXPECT_EQ(time_of(eki::ProgramState::Stopped), 60min);
+  EXPECT_EQ(time_of(eki::ProgramState::Active), 61min);
+}
+
+TEST_F(SimulatedCellInVirtualTime, HasItsProgramStartedAgainAfterHalt) {
+  const TempFolder folder;
+  config::Scenario scenario = cell_of_its_own(folder, "HALT\nHALT\nWAIT SEC 0.1\n");
+  scenario.operator_s = 3;
+  EXPECT_EQ(start(std::move(scenario)).program().state, eki::ProgramState::Stopped);
+  const auto ended = time_of(eki::ProgramState::Ended);
+  ASSERT_TRUE(ended) << "past both HALTs";
+  EXPECT_GE(*ended, 6100ms);
+  EXPECT_LT(*ended, 6200ms);
 }
 
 }  // namespace

@@ -42,9 +42,8 @@ tcp::acceptor holding(const asio::any_io_executor& executor, const std::string& 
 /// One channel: a port and at most one client.
 class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
  public:
-  Channel(const asio::any_io_executor& executor, const std::string& address, const EkiPort& port,
-          EkiListener& listener)
-      : name_{port.channel}, executor_{executor}, address_{address}, port_{port.port}, listener_{&listener} {
+  Channel(const Machine& machine, const std::string& address, const EkiPort& port, EkiListener& listener)
+      : name_{port.channel}, machine_{machine}, address_{address}, port_{port.port}, listener_{&listener} {
     if (!port.is_taken_late) take_port();
   }
 
@@ -58,7 +57,7 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
     }
     try {
       if (!holder_) take_port();
-      auto listener = net::listen_tcp(executor_, address_, port(), {.shares_port = true});
+      auto listener = net::listen_tcp(machine_.io, address_, port(), {.shares_port = true});
       if (!listener) throw PortError{"EKI", port(), listener.error()};
       open_port_ = *std::move(listener);
     } catch (const PortError& e) {
@@ -74,11 +73,11 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   void send(std::string document) {
     if (!client_) return;
     client_->outgoing.push_back(std::move(document));
-    if (client_->outgoing.size() == 1) net::spawn(executor_, write(shared_from_this(), client_));
+    if (client_->outgoing.size() == 1) net::spawn(machine_.io, write(shared_from_this(), client_));
   }
 
   void drop(std::chrono::milliseconds duration) {
-    closed_until_ = std::chrono::steady_clock::now() + duration;
+    closed_until_ = machine_.clock.now() + duration;
     lose(client_);
   }
 
@@ -99,15 +98,15 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   };
   using ClientPtr = std::shared_ptr<Client>;
 
-  void take_port() { holder_.emplace(holding(executor_, address_, port_)); }
+  void take_port() { holder_.emplace(holding(machine_.io, address_, port_)); }
 
   void welcome(std::unique_ptr<net::Stream> stream) {
-    const bool closed = std::chrono::steady_clock::now() < closed_until_;
+    const bool closed = machine_.clock.now() < closed_until_;
     if (client_ || closed) return;  // closes it
     net::send_at_once(*stream);
     client_ = std::make_shared<Client>(std::move(stream));
     if (!listener_->connected(name_)) return client_.reset();
-    net::spawn(executor_, read(shared_from_this(), client_));
+    net::spawn(machine_.io, read(shared_from_this(), client_));
   }
 
   static asio::awaitable<void> read(std::shared_ptr<Channel> self, ClientPtr client) {
@@ -149,21 +148,21 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   }
 
   std::string name_;
-  asio::any_io_executor executor_;
+  const Machine machine_;
   std::string address_;
   std::uint16_t port_;
   std::optional<tcp::acceptor> holder_;       // of the port
   bool is_wanted_ = false;                    // the program has opened the channel
   std::shared_ptr<net::Listener> open_port_;  // there while the program has opened the channel
-  std::chrono::steady_clock::time_point closed_until_{};
+  drivers::TimePoint closed_until_{};
   EkiListener* listener_;
   ClientPtr client_;
 };
 
-EkiServer::EkiServer(asio::any_io_executor executor, const std::string& address,
-                     const std::vector<EkiPort>& ports, EkiListener& listener) {
+EkiServer::EkiServer(const Machine& machine, const std::string& address, const std::vector<EkiPort>& ports,
+                     EkiListener& listener) {
   for (const EkiPort& port : ports) {
-    const auto channel = std::make_shared<Channel>(executor, address, port, listener);
+    const auto channel = std::make_shared<Channel>(machine, address, port, listener);
     channels_.emplace(port.channel, channel);
   }
 }

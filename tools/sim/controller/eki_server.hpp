@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
 #include <boost/system/error_code.hpp>
 #include <chrono>
 #include <cstdint>
@@ -10,6 +9,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "tools/sim/machine.hpp"
 
 namespace truepose::sim {
 
@@ -46,10 +47,10 @@ struct EkiPort {
 class EkiServer {
  public:
   /// Takes the ports. Throws PortError.
-  /// @param executor  one thread or a strand; the server is destroyed there, or when that no longer runs
+  /// @param machine   the server is destroyed on its executor, or when that does not run
   /// @param listener  outlives the server
-  EkiServer(boost::asio::any_io_executor executor, const std::string& address,
-            const std::vector<EkiPort>& ports, EkiListener& listener);
+  EkiServer(const Machine& machine, const std::string& address, const std::vector<EkiPort>& ports,
+            EkiListener& listener);
   ~EkiServer();
 
   /// 0 where there is no such channel, or its port is not taken yet.

@@ -32,9 +32,9 @@ bool is_known(std::string_view reflector) {
 
 class BridgeTracker final : public SimulatedTracker {
  public:
-  BridgeTracker(const asio::any_io_executor& executor, const SimulatedTarget& target, TrackerNoise noise,
+  BridgeTracker(const Machine& machine, const SimulatedTarget& target, TrackerNoise noise,
                 TrackerServerOptions options)
-      : SimulatedTracker{executor, target, std::move(noise), std::move(options), turned_away()} {}
+      : SimulatedTracker{machine, target, std::move(noise), std::move(options), turned_away()} {}
 
  private:
   using Self = std::shared_ptr<BridgeTracker>;
@@ -265,9 +265,8 @@ class BridgeTracker final : public SimulatedTracker {
 
 }  // namespace
 
-BridgeServer::BridgeServer(const asio::any_io_executor& executor, const SimulatedTarget& target,
-                           TrackerNoise noise, TrackerServerOptions options)
-    : TrackerServer{std::make_shared<BridgeTracker>(executor, target, std::move(noise), std::move(options))} {
-}
+BridgeServer::BridgeServer(const Machine& machine, const SimulatedTarget& target, TrackerNoise noise,
+                           TrackerServerOptions options)
+    : TrackerServer{std::make_shared<BridgeTracker>(machine, target, std::move(noise), std::move(options))} {}
 
 }  // namespace truepose::sim

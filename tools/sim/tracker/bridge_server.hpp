@@ -1,7 +1,6 @@
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
-
+#include "tools/sim/machine.hpp"
 #include "tools/sim/tracker/tracker_server.hpp"
 
 namespace truepose::sim {
@@ -13,8 +12,8 @@ class BridgeServer final : public TrackerServer {
  public:
   /// Listens at once. Throws boost::system::system_error when the port cannot be bound.
   /// @param target  outlives the server
-  BridgeServer(const boost::asio::any_io_executor& executor, const SimulatedTarget& target,
-               TrackerNoise noise, TrackerServerOptions options);
+  BridgeServer(const Machine& machine, const SimulatedTarget& target, TrackerNoise noise,
+               TrackerServerOptions options);
 };
 
 }  // namespace truepose::sim

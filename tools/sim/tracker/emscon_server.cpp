@@ -17,7 +17,6 @@
 namespace truepose::sim {
 
 namespace asio = boost::asio;
-using Clock = std::chrono::steady_clock;
 using namespace emscon;
 using namespace std::chrono_literals;
 
@@ -42,9 +41,9 @@ std::string encode_any(const TrackerPacket& packet) {
 
 class EmsconTracker final : public SimulatedTracker {
  public:
-  EmsconTracker(const asio::any_io_executor& executor, const SimulatedTarget& target, TrackerNoise noise,
+  EmsconTracker(const Machine& machine, const SimulatedTarget& target, TrackerNoise noise,
                 TrackerServerOptions options)
-      : SimulatedTracker{executor, target, std::move(noise), std::move(options),
+      : SimulatedTracker{machine, target, std::move(noise), std::move(options),
                          encode_any(ErrorReport{CommandCode::Unknown, status::kSecondConnectionRefused})} {}
 
  private:
@@ -278,9 +277,9 @@ class EmsconTracker final : public SimulatedTracker {
   }
 
   static asio::awaitable<void> search(Self self, Job job) {
-    const auto timeout = std::chrono::duration_cast<Clock::duration>(
+    const auto timeout = std::chrono::duration_cast<drivers::Duration>(
         std::chrono::duration<double, std::milli>{self->settings_.search_timeout_ms()});
-    bool going_on = co_await self->jobs_.wait(job, std::min<Clock::duration>(kSearchTime, timeout));
+    bool going_on = co_await self->jobs_.wait(job, std::min<drivers::Duration>(kSearchTime, timeout));
     if (!going_on) co_return;
     self->lock();
     if (!self->beam_.locked()) {
@@ -296,7 +295,7 @@ class EmsconTracker final : public SimulatedTracker {
     self->report(SystemEvent::MeasurementBusy);
     self->measuring_ = true;
     self->options_.before_point(self->measurements_ + 1);
-    const auto between = std::chrono::duration_cast<Clock::duration>(
+    const auto between = std::chrono::duration_cast<drivers::Duration>(
         std::chrono::duration<double, std::milli>{self->settings_.measure_ms() / kReadings});
     std::vector<Eigen::Vector3d> readings_mm;
     for (int i = 0; i < kReadings; ++i) {
@@ -364,9 +363,9 @@ class EmsconTracker final : public SimulatedTracker {
 
   void look_after() override {
     if (beam_.disturbance().storms) storm();
-    const bool due = Clock::now() - last_position_ >= kReflectorPositionPeriod;
+    const bool due = machine_.clock.now() - last_position_ >= kReflectorPositionPeriod;
     if (!beam_.locked() || !due || !settings_.sends_reflector_position()) return;
-    last_position_ = Clock::now();
+    last_position_ = machine_.clock.now();
     tell(ReflectorPosResult{status::kAllOk, settings_.point(beam_.aim_mm())});
   }
 
@@ -375,14 +374,13 @@ class EmsconTracker final : public SimulatedTracker {
   PacketSplitter splitter_;
   TrackerSettings settings_;
   std::optional<Eigen::Vector3d> last_measured_mm_;
-  Clock::time_point last_position_;
+  drivers::TimePoint last_position_;
 };
 
 }  // namespace
 
-EmsconServer::EmsconServer(const asio::any_io_executor& executor, const SimulatedTarget& target,
-                           TrackerNoise noise, TrackerServerOptions options)
-    : TrackerServer{std::make_shared<EmsconTracker>(executor, target, std::move(noise), std::move(options))} {
-}
+EmsconServer::EmsconServer(const Machine& machine, const SimulatedTarget& target, TrackerNoise noise,
+                           TrackerServerOptions options)
+    : TrackerServer{std::make_shared<EmsconTracker>(machine, target, std::move(noise), std::move(options))} {}
 
 }  // namespace truepose::sim

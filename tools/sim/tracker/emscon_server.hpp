@@ -1,8 +1,8 @@
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
 #include <cstdint>
 
+#include "tools/sim/machine.hpp"
 #include "tools/sim/tracker/tracker_server.hpp"
 
 namespace truepose::sim {
@@ -22,8 +22,8 @@ class EmsconServer final : public TrackerServer {
  public:
   /// Listens at once. Throws boost::system::system_error when the port cannot be bound.
   /// @param target  outlives the server
-  EmsconServer(const boost::asio::any_io_executor& executor, const SimulatedTarget& target,
-               TrackerNoise noise, TrackerServerOptions options);
+  EmsconServer(const Machine& machine, const SimulatedTarget& target, TrackerNoise noise,
+               TrackerServerOptions options);
 };
 
 }  // namespace truepose::sim

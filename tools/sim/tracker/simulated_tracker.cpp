@@ -1,8 +1,6 @@
 #include "tools/sim/tracker/simulated_tracker.hpp"
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <limits>
 #include <utility>
 
@@ -13,26 +11,27 @@ namespace truepose::sim {
 namespace asio = boost::asio;
 using namespace std::chrono_literals;
 
-SimulatedTracker::SimulatedTracker(const asio::any_io_executor& executor, const SimulatedTarget& target,
-                                   TrackerNoise noise, TrackerServerOptions options, std::string turned_away)
-    : options_{std::move(options)},
-      beam_{target, std::move(noise), options_.instrument, options_.speedup},
-      jobs_{executor, options_.speedup},
+SimulatedTracker::SimulatedTracker(const Machine& machine, const SimulatedTarget& target, TrackerNoise noise,
+                                   TrackerServerOptions options, std::string turned_away)
+    : machine_{machine},
+      options_{std::move(options)},
+      beam_{machine.clock, target, std::move(noise), options_.instrument, options_.speedup},
+      jobs_{machine.clock, options_.speedup},
       port_{std::in_place,
-            executor,
+            machine.io,
             options_.address,
             options_.port,
             std::move(turned_away),
             PortListener{[this] { connected(); }, [this](std::string_view bytes) { return take(bytes); },
                          [this] { drop_job(); }}},
-      executor_{executor},
-      watch_timer_{executor} {}
+      watch_{machine.io, machine.clock} {
+  watch_later();
+}
 
 void SimulatedTracker::close() {
-  closed_ = true;
   drop_job();
   port_.reset();
-  watch_timer_.cancel();
+  watch_.clear();
 }
 
 void SimulatedTracker::beam_break(std::chrono::milliseconds duration) {
@@ -57,7 +56,7 @@ void SimulatedTracker::send(std::string bytes) {
   if (!beam_.disturbance().silent) port_->send(std::move(bytes));
 }
 
-void SimulatedTracker::spawn(asio::awaitable<void> job) { net::spawn(executor_, std::move(job)); }
+void SimulatedTracker::spawn(asio::awaitable<void> job) { net::spawn(machine_.io, std::move(job)); }
 
 void SimulatedTracker::follow() {
   if (beam_.follow()) lock_is_lost();
@@ -69,23 +68,19 @@ void SimulatedTracker::lock_by_itself() {
   if (beam_.lock_within(std::numeric_limits<double>::infinity())) lock_is_found();
 }
 
-asio::awaitable<void> SimulatedTracker::watch(std::shared_ptr<SimulatedTracker> self) {
-  const auto period = std::clamp<TrackerJobs::Duration>(self->jobs_.scaled(20ms), 1ms, 20ms);
-  for (;;) {
-    self->watch_timer_.expires_after(period);
-    co_await self->watch_timer_.async_wait(asio::as_tuple(asio::use_awaitable));
-    if (self->closed_) co_return;
-    self->follow();
-    self->lock_by_itself();
-    self->look_after();
-  }
+void SimulatedTracker::watch_later() {
+  const auto period = std::clamp<TrackerJobs::Duration>(jobs_.scaled(20ms), 1ms, 20ms);
+  watch_.at(machine_.clock.now() + period, [this] {
+    follow();
+    lock_by_itself();
+    look_after();
+    watch_later();
+  });
 }
 
 // ---- TrackerServer ----
 
-TrackerServer::TrackerServer(std::shared_ptr<SimulatedTracker> tracker) : tracker_{std::move(tracker)} {
-  tracker_->start();
-}
+TrackerServer::TrackerServer(std::shared_ptr<SimulatedTracker> tracker) : tracker_{std::move(tracker)} {}
 
 TrackerServer::~TrackerServer() { tracker_->close(); }
 

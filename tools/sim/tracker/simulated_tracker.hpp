@@ -1,8 +1,6 @@
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -10,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "tools/sim/alarms.hpp"
+#include "tools/sim/machine.hpp"
 #include "tools/sim/tracker/one_client_port.hpp"
 #include "tools/sim/tracker/tracker_jobs.hpp"
 #include "tools/sim/tracker/tracker_server.hpp"
@@ -23,11 +23,10 @@ class SimulatedTracker : public std::enable_shared_from_this<SimulatedTracker> {
   /// Listens at once. Throws boost::system::system_error when the port cannot be bound.
   /// @param target       outlives the server
   /// @param turned_away  that a second client is sent
-  SimulatedTracker(const boost::asio::any_io_executor& executor, const SimulatedTarget& target,
-                   TrackerNoise noise, TrackerServerOptions options, std::string turned_away);
+  SimulatedTracker(const Machine& machine, const SimulatedTarget& target, TrackerNoise noise,
+                   TrackerServerOptions options, std::string turned_away);
   virtual ~SimulatedTracker() = default;
 
-  void start() { spawn(watch(shared_from_this())); }
   void close();
 
   std::uint16_t port() const { return port_->port(); }
@@ -59,6 +58,8 @@ class SimulatedTracker : public std::enable_shared_from_this<SimulatedTracker> {
   void spawn(boost::asio::awaitable<void> job);
   /// Looks whether the beam still reaches what it was locked to.
   void follow();
+
+  const Machine machine_;
   const TrackerServerOptions options_;
   TrackerBeam beam_;
   TrackerJobs jobs_;
@@ -69,11 +70,9 @@ class SimulatedTracker : public std::enable_shared_from_this<SimulatedTracker> {
 
  private:
   void lock_by_itself();
-  static boost::asio::awaitable<void> watch(std::shared_ptr<SimulatedTracker> self);
+  void watch_later();
 
-  boost::asio::any_io_executor executor_;
-  boost::asio::steady_timer watch_timer_;
-  bool closed_ = false;
+  Alarms watch_;
 };
 
 }  // namespace truepose::sim

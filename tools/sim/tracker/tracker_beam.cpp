@@ -6,8 +6,6 @@
 
 namespace truepose::sim {
 
-using Clock = std::chrono::steady_clock;
-
 namespace {
 
 constexpr std::size_t kStray = std::numeric_limits<std::size_t>::max();
@@ -27,7 +25,7 @@ MeanReading MeanReading::of(const std::vector<Eigen::Vector3d>& readings_mm) {
 }
 
 void TrackerBeam::block(std::chrono::milliseconds duration) {
-  blocked_until_ = std::max(blocked_until_, Clock::now() + duration);
+  blocked_until_ = std::max(blocked_until_, clock_.now() + duration);
 }
 
 void TrackerBeam::point_at(const Eigen::Vector3d& p_mm) {
@@ -52,7 +50,7 @@ void TrackerBeam::come_home() {
 }
 
 std::chrono::duration<double> TrackerBeam::age() const {
-  return std::chrono::duration<double>{Clock::now() - switched_on_} * speedup_;
+  return std::chrono::duration<double>{clock_.now() - switched_on_} * speedup_;
 }
 
 std::optional<Eigen::Vector3d> TrackerBeam::place_of(Reflector reflector, const TargetSight& sight) const {
@@ -68,7 +66,7 @@ std::optional<Eigen::Vector3d> TrackerBeam::place_of(Reflector reflector, const 
 std::optional<Eigen::Vector3d> TrackerBeam::seen(Reflector reflector) const {
   // On the tracker's own body: no obstacle stands before it, and it moves with the tracker.
   if (reflector == kInHomeNest) return kHomeNest_mm;
-  if (Clock::now() < blocked_until_) return std::nullopt;
+  if (clock_.now() < blocked_until_) return std::nullopt;
   auto p_mm = place_of(reflector, target_.look());
   if (!p_mm) return std::nullopt;
   return instrument_.stand.moved(*p_mm, age()) + disturbance_.moved_mm;

@@ -12,6 +12,7 @@
 
 #include "core/data/measurement.hpp"
 #include "core/simulate/tracker_instrument.hpp"
+#include "drivers/clock.hpp"
 
 namespace truepose::sim {
 
@@ -21,7 +22,6 @@ struct TargetSight {
   /// out of its acceptance cone, or hidden by the arm).
   std::optional<Eigen::Vector3d> p_WS_mm;
   bool moving = false;                                      ///< the arm is not standing still
-  std::chrono::steady_clock::time_point stamp;              ///< the moment this is true for
   std::vector<std::optional<Eigen::Vector3d>> others_mm{};  ///< the same of its further SMRs
   Eigen::Matrix3d R_WT = Eigen::Matrix3d::Identity();       ///< of the first, where it is a 6-D target
 };
@@ -83,10 +83,15 @@ struct MeanReading {
 /// in what it errs.
 class TrackerBeam {
  public:
-  /// @param target   outlives it
+  /// @param clock    outlives it, as does the target
   /// @param speedup  so much faster its warmth and its stand change
-  TrackerBeam(const SimulatedTarget& target, TrackerNoise noise, TrackerInstrument instrument, double speedup)
-      : target_{target}, noise_{std::move(noise)}, instrument_{std::move(instrument)}, speedup_{speedup} {}
+  TrackerBeam(const drivers::Clock& clock, const SimulatedTarget& target, TrackerNoise noise,
+              TrackerInstrument instrument, double speedup)
+      : clock_{clock},
+        target_{target},
+        noise_{std::move(noise)},
+        instrument_{std::move(instrument)},
+        speedup_{speedup} {}
 
   void disturb(const TrackerDisturbance& disturbance) { disturbance_ = disturbance; }
   const TrackerDisturbance& disturbance() const { return disturbance_; }
@@ -129,16 +134,17 @@ class TrackerBeam {
   std::optional<Reflector> nearest_to(const Eigen::Vector3d& p_mm, double radius_mm) const;
   std::chrono::duration<double> age() const;
 
+  const drivers::Clock& clock_;
   const SimulatedTarget& target_;
   const TrackerNoise noise_;
   const TrackerInstrument instrument_;
   const double speedup_;
-  const std::chrono::steady_clock::time_point switched_on_ = std::chrono::steady_clock::now();
+  const drivers::TimePoint switched_on_ = clock_.now();
   TrackerDisturbance disturbance_;
   std::optional<Reflector> locked_;
   Eigen::Vector3d stray_mm_{0, 0, 0};  ///< where the stray reflector stands that was locked last
   Eigen::Vector3d aim_mm_{1000, 0, 0};
-  std::chrono::steady_clock::time_point blocked_until_;
+  drivers::TimePoint blocked_until_;
   int face_ = 1;
 };
 

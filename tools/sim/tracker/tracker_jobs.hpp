@@ -1,26 +1,22 @@
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 #include <cstdint>
 #include <optional>
 
+#include "drivers/clock.hpp"
+
 namespace truepose::sim {
 
-/// What takes a simulated tracker time, one at once. A job whose number is no longer the current one was
-/// dropped.
+/// What takes a simulated tracker time, one at once. A job whose number is not the current one was dropped.
 class TrackerJobs {
  public:
   using Job = std::uint64_t;
-  using Duration = std::chrono::steady_clock::duration;
+  using Duration = drivers::Duration;
 
   /// @param speedup  so much less time everything takes
-  TrackerJobs(const boost::asio::any_io_executor& executor, double speedup)
-      : timer_{executor}, speedup_{speedup} {}
+  TrackerJobs(drivers::Clock& clock, double speedup) : clock_{clock}, speedup_{speedup} {}
 
   bool busy() const { return job_.has_value(); }
   bool is_current(Job job) const { return job_ == job; }
@@ -28,23 +24,21 @@ class TrackerJobs {
     job_ = ++last_;
     return *job_;
   }
-  void drop() {
-    job_.reset();
-    timer_.cancel();
-  }
+  void drop() { job_.reset(); }
 
   Duration scaled(Duration simulated) const {
     return std::chrono::duration_cast<Duration>(simulated / speedup_);
   }
+  /// A job that is dropped meanwhile sleeps on, and then ends.
   /// @return whether the job continues
   boost::asio::awaitable<bool> wait(Job job, Duration simulated) {
-    timer_.expires_after(scaled(simulated));
-    co_await timer_.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
+    const drivers::TimePoint end = clock_.now() + scaled(simulated);
+    co_await clock_.sleep_until(end);
     co_return job_ == job;
   }
 
  private:
-  boost::asio::steady_timer timer_;
+  drivers::Clock& clock_;
   const double speedup_;
   std::optional<Job> job_;
   Job last_ = 0;

@@ -24,8 +24,8 @@ struct TrackerServerOptions {
 
 class SimulatedTracker;
 
-/// A simulated tracker that listens on a port, and serves one client. Runs on the executor it is given (one
-/// thread or a strand); destroy it there, or when that no longer runs.
+/// A simulated tracker that listens on a port, and serves one client. Destroy it on its machine's
+/// executor, or when that does not run.
 class TrackerServer {
  public:
   virtual ~TrackerServer();

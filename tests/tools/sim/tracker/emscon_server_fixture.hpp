@@ -26,7 +26,7 @@ class StandingTarget final : public SimulatedTarget {
  public:
   TargetSight look() const override {
     if (on_look) on_look();
-    return {p_WS_mm, false, std::chrono::steady_clock::now()};
+    return {p_WS_mm};
   }
   std::optional<Eigen::Vector3d> p_WS_mm = Eigen::Vector3d{2500, 1200, -300};
   std::function<void()> on_look;
@@ -70,13 +70,12 @@ class EmsconServerTest : public testing::Test {
   auto measure() { return run(tracker.measure(soon())); }
 
   std::mt19937 random_{kSeed};
-  boost::asio::io_context io;
-  StandingTarget target;
-  EmsconServer server{io.get_executor(),
-                      target,
-                      [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm); },
-                      {.speedup = 1000}};
   drivers::SteadyClock clock;
+  boost::asio::io_context io;
+  const Machine machine{.io = io.get_executor(), .clock = clock};
+  StandingTarget target;
+  EmsconServer server{
+      machine, target, [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm); }, {.speedup = 1000}};
   drivers::EmsconTracker tracker{io.get_executor(), clock, options()};
   Eigen::Vector3d aim_mm = *target.p_WS_mm + Eigen::Vector3d{10, -5, 8};
 };

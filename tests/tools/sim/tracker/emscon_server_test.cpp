@@ -177,8 +177,8 @@ class TrackerInThinAir : public EmsconServerTest {
   double excess(bool weather_station, std::function<std::expected<Air, std::string>()> air) {
     TrackerServerOptions setup{.speedup = 1000};
     setup.instrument = {.weather_station = weather_station, .air = kThin};
-    EmsconServer there{io.get_executor(), target,
-                       [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm, 1e-7); }, setup};
+    EmsconServer there{machine, target, [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm, 1e-7); },
+                       setup};
     drivers::EmsconOptions to = options();
     to.port = there.port();
     to.air = std::move(air);
@@ -217,7 +217,7 @@ class OddTracker : public EmsconServerTest {
     setup.instrument.aiming = {.collimation = 40e-6, .tilt = 20e-6, .index = -30e-6};
     setup.instrument.nests_mm = {{2500, -700, -300}, {1500, 900, -800}};
     odd.emplace(
-        io.get_executor(), target, [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm, 1e-7); }, setup);
+        machine, target, [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm, 1e-7); }, setup);
     drivers::EmsconOptions to = options();
     to.port = odd->port();
     driver.emplace(io.get_executor(), clock, to);

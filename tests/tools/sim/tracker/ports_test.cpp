@@ -40,9 +40,10 @@ void expect_patience(asio::io_context& io, std::uint16_t port, const CountedClie
 }
 
 TEST(EkiServer, WaitsWhereNoFileIsLeftForAClientAndServesItOnceThereIs) {
+  drivers::SteadyClock clock;
   asio::io_context io;
   CountedClients clients;
-  EkiServer server{io.get_executor(), "127.0.0.1", {{"Motion"}}, clients};
+  EkiServer server{{.io = io.get_executor(), .clock = clock}, "127.0.0.1", {{"Motion"}}, clients};
   server.listen("Motion", true);
   expect_patience(io, server.port("Motion"), clients);
 }

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "drivers/clock.hpp"
+
+namespace truepose::sim {
+
+/// What a simulated cell runs on: the PC, or a test's world. It outlives the cell.
+struct Machine {
+  boost::asio::any_io_executor io;  ///< one thread's
+  drivers::Clock& clock;
+};
+
+}  // namespace truepose::sim
