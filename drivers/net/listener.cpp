@@ -48,6 +48,30 @@ class SocketListener final : public Listener {
   Acceptor acceptor_;
 };
 
+class BoundPort final : public HeldPort {
+ public:
+  explicit BoundPort(Acceptor acceptor) : acceptor_{std::move(acceptor)} {}
+
+  std::uint16_t port() const override {
+    error_code unknown;
+    return end_of(acceptor_.local_endpoint(unknown)).port;
+  }
+
+ private:
+  Acceptor acceptor_;
+};
+
+Acceptor bound(const asio::any_io_executor& executor, const std::string& address, std::uint16_t port,
+               ListenOptions options, error_code& error) {
+  const asio::ip::tcp::endpoint endpoint{asio::ip::make_address(address, error), port};
+  Acceptor acceptor{executor};
+  if (!error) acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(Acceptor::reuse_address{true}, error);
+  if (!error && options.shares_port) acceptor.set_option(ReusePort{true}, error);
+  if (!error) acceptor.bind(endpoint, error);
+  return acceptor;
+}
+
 Result<std::shared_ptr<Listener>> listening(Acceptor acceptor, error_code error) {
   if (!error) acceptor.listen(Acceptor::max_listen_connections, error);
   if (error) return std::unexpected(error);
@@ -76,13 +100,19 @@ Result<std::shared_ptr<Listener>> listen_tcp(const asio::any_io_executor& execut
                                              const std::string& address, std::uint16_t port,
                                              ListenOptions options) {
   error_code error;
-  const asio::ip::tcp::endpoint endpoint{asio::ip::make_address(address, error), port};
-  Acceptor acceptor{executor};
-  if (!error) acceptor.open(endpoint.protocol(), error);
-  if (!error) acceptor.set_option(Acceptor::reuse_address{true}, error);
-  if (!error && options.shares_port) acceptor.set_option(ReusePort{true}, error);
-  if (!error) acceptor.bind(endpoint, error);
+  Acceptor acceptor = bound(executor, address, port, options, error);
   return listening(std::move(acceptor), error);
+}
+
+Result<std::unique_ptr<HeldPort>> hold_tcp(const asio::any_io_executor& executor, const std::string& address,
+                                           std::uint16_t port) {
+  // Whether another program listens there, binding a shared port does not show.
+  if (const auto is_free = listen_tcp(executor, address, port); !is_free)
+    return std::unexpected(is_free.error());
+  error_code error;
+  Acceptor acceptor = bound(executor, address, port, {.shares_port = true}, error);
+  if (error) return std::unexpected(error);
+  return std::make_unique<BoundPort>(std::move(acceptor));
 }
 
 Result<std::shared_ptr<Listener>> listen_local(const asio::any_io_executor& executor,

@@ -29,8 +29,15 @@ class Listener {
   virtual Stream::End local() const = 0;
 };
 
+/// A port that is taken before anything listens on it: until then it refuses connections.
+class HeldPort {
+ public:
+  virtual ~HeldPort() = default;
+  virtual std::uint16_t port() const = 0;
+};
+
 struct ListenOptions {
-  bool shares_port = false;  ///< with a socket of this program that has the port and does not listen
+  bool shares_port = false;  ///< with a HeldPort
 };
 
 /// Over TCP, at a numeric address. The port may still have connections that are closing.
@@ -38,6 +45,11 @@ struct ListenOptions {
 Result<std::shared_ptr<Listener>> listen_tcp(const boost::asio::any_io_executor& executor,
                                              const std::string& address, std::uint16_t port,
                                              ListenOptions options = {});
+
+/// Takes a port of TCP on which no program listens, for listeners that share it.
+/// @param port  0 picks a free one
+Result<std::unique_ptr<HeldPort>> hold_tcp(const boost::asio::any_io_executor& executor,
+                                           const std::string& address, std::uint16_t port);
 
 /// At a Unix socket, which must not be there yet.
 /// @param mode  of the file, before the first client can connect

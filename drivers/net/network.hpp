@@ -18,6 +18,9 @@ struct Network {
   std::function<Result<std::shared_ptr<Listener>>(const boost::asio::any_io_executor&, const std::string&,
                                                   std::uint16_t, ListenOptions)>
       listen_tcp = net::listen_tcp;
+  std::function<Result<std::unique_ptr<HeldPort>>(const boost::asio::any_io_executor&, const std::string&,
+                                                  std::uint16_t)>
+      hold_tcp = net::hold_tcp;
   std::function<Result<std::shared_ptr<Listener>>(const boost::asio::any_io_executor&,
                                                   const std::filesystem::path&, unsigned)>
       listen_local = net::listen_local;

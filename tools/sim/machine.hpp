@@ -3,6 +3,7 @@
 #include <boost/asio/any_io_executor.hpp>
 
 #include "drivers/clock.hpp"
+#include "drivers/net/network.hpp"
 
 namespace truepose::sim {
 
@@ -10,6 +11,7 @@ namespace truepose::sim {
 struct Machine {
   boost::asio::any_io_executor io;  ///< one thread's
   drivers::Clock& clock;
+  net::Network network{};
 };
 
 }  // namespace truepose::sim

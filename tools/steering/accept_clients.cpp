@@ -15,8 +15,9 @@ void accept_clients(std::shared_ptr<net::Listener> listener, std::string port,
 }
 
 std::shared_ptr<net::Listener> listen_or_throw(const boost::asio::any_io_executor& executor,
-                                               const std::string& address, std::uint16_t port) {
-  auto listener = net::listen_tcp(executor, address, port);
+                                               const std::string& address, std::uint16_t port,
+                                               const net::Network& network) {
+  auto listener = network.listen_tcp(executor, address, port, {});
   if (!listener) throw boost::system::system_error{listener.error()};
   return *std::move(listener);
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "drivers/net/listener.hpp"
+#include "drivers/net/network.hpp"
 
 namespace truepose::steering {
 
@@ -17,6 +18,7 @@ void accept_clients(std::shared_ptr<net::Listener> listener, std::string port,
 /// Listens for TCP connections. Throws boost::system::system_error where that cannot be.
 /// @param port  0 picks a free one
 std::shared_ptr<net::Listener> listen_or_throw(const boost::asio::any_io_executor& executor,
-                                               const std::string& address, std::uint16_t port);
+                                               const std::string& address, std::uint16_t port,
+                                               const net::Network& network = {});
 
 }  // namespace truepose::steering

@@ -1,11 +1,9 @@
 #include "tools/sim/controller/eki_server.hpp"
 
 #include <array>
-#include <boost/asio/ip/tcp.hpp>
 #include <cstdio>
 #include <deque>
 #include <functional>
-#include <optional>
 #include <utility>
 
 #include "drivers/net/spawn.hpp"
@@ -15,29 +13,6 @@
 namespace truepose::sim {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
-using boost::system::error_code;
-
-namespace {
-
-using ReusePort = asio::detail::socket_option::boolean<SOL_SOCKET, SO_REUSEPORT>;
-
-/// A socket that has the port, and does not listen.
-tcp::acceptor holding(const asio::any_io_executor& executor, const std::string& address, std::uint16_t port) {
-  // Whether another program listens there, binding a shared port does not show.
-  if (const auto is_free = net::listen_tcp(executor, address, port); !is_free)
-    throw PortError{"EKI", port, is_free.error()};
-  const tcp::endpoint endpoint{asio::ip::make_address(address), port};
-  tcp::acceptor acceptor{executor, endpoint.protocol()};
-  error_code fault;
-  acceptor.set_option(tcp::acceptor::reuse_address{true}, fault);
-  acceptor.set_option(ReusePort{true}, fault);
-  acceptor.bind(endpoint, fault);
-  if (fault) throw PortError{"EKI", port, fault};
-  return acceptor;
-}
-
-}  // namespace
 
 /// One channel: a port and at most one client.
 class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
@@ -47,7 +22,7 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
     if (!port.is_taken_late) take_port();
   }
 
-  std::uint16_t port() const { return holder_ ? holder_->local_endpoint().port() : 0; }
+  std::uint16_t port() const { return held_port_ ? held_port_->port() : 0; }
 
   void listen(bool open) {
     if (open == std::exchange(is_wanted_, open)) return;
@@ -56,8 +31,8 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
       return open_port_.reset();
     }
     try {
-      if (!holder_) take_port();
-      auto listener = net::listen_tcp(machine_.io, address_, port(), {.shares_port = true});
+      if (!held_port_) take_port();
+      auto listener = machine_.network.listen_tcp(machine_.io, address_, port(), {.shares_port = true});
       if (!listener) throw PortError{"EKI", port(), listener.error()};
       open_port_ = *std::move(listener);
     } catch (const PortError& e) {
@@ -98,7 +73,11 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   };
   using ClientPtr = std::shared_ptr<Client>;
 
-  void take_port() { holder_.emplace(holding(machine_.io, address_, port_)); }
+  void take_port() {
+    auto held = machine_.network.hold_tcp(machine_.io, address_, port_);
+    if (!held) throw PortError{"EKI", port_, held.error()};
+    held_port_ = *std::move(held);
+  }
 
   void welcome(std::unique_ptr<net::Stream> stream) {
     const bool closed = machine_.clock.now() < closed_until_;
@@ -151,7 +130,7 @@ class EkiServer::Channel : public std::enable_shared_from_this<Channel> {
   const Machine machine_;
   std::string address_;
   std::uint16_t port_;
-  std::optional<tcp::acceptor> holder_;       // of the port
+  std::unique_ptr<net::HeldPort> held_port_;
   bool is_wanted_ = false;                    // the program has opened the channel
   std::shared_ptr<net::Listener> open_port_;  // there while the program has opened the channel
   drivers::TimePoint closed_until_{};

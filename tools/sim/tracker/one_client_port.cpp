@@ -109,9 +109,9 @@ class OneClientPort::State : public std::enable_shared_from_this<OneClientPort::
   const PortListener listener_;
 };
 
-OneClientPort::OneClientPort(asio::any_io_executor executor, const std::string& address, std::uint16_t port,
+OneClientPort::OneClientPort(const Machine& machine, const std::string& address, std::uint16_t port,
                              std::string turned_away, PortListener listener)
-    : state_{std::make_shared<State>(steering::listen_or_throw(executor, address, port),
+    : state_{std::make_shared<State>(steering::listen_or_throw(machine.io, address, port, machine.network),
                                      std::move(turned_away), std::move(listener))} {
   state_->accept();
 }

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
+
+#include "tools/sim/machine.hpp"
 
 namespace truepose::sim {
 
@@ -23,7 +24,7 @@ class OneClientPort {
   /// Listens at once. Throws boost::system::system_error when the port cannot be bound.
   /// @param port         0 picks a free one
   /// @param turned_away  that a second client is sent
-  OneClientPort(boost::asio::any_io_executor executor, const std::string& address, std::uint16_t port,
+  OneClientPort(const Machine& machine, const std::string& address, std::uint16_t port,
                 std::string turned_away, PortListener listener);
   ~OneClientPort();
   OneClientPort(const OneClientPort&) = delete;

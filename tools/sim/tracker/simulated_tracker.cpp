@@ -18,7 +18,7 @@ SimulatedTracker::SimulatedTracker(const Machine& machine, const SimulatedTarget
       beam_{machine.clock, target, std::move(noise), options_.instrument, options_.speedup},
       jobs_{machine.clock, options_.speedup},
       port_{std::in_place,
-            machine.io,
+            machine,
             options_.address,
             options_.port,
             std::move(turned_away),

@@ -49,9 +49,10 @@ TEST(EkiServer, WaitsWhereNoFileIsLeftForAClientAndServesItOnceThereIs) {
 }
 
 TEST(OneClientPort, WaitsWhereNoFileIsLeftForAClientAndServesItOnceThereIs) {
+  drivers::SteadyClock clock;
   asio::io_context io;
   CountedClients clients;
-  OneClientPort port{io.get_executor(),
+  OneClientPort port{{.io = io.get_executor(), .clock = clock},
                      "127.0.0.1",
                      0,
                      "busy",
