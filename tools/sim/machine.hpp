@@ -4,6 +4,7 @@
 
 #include "drivers/clock.hpp"
 #include "drivers/net/network.hpp"
+#include "tools/sim/controller/rsi_runner.hpp"
 
 namespace truepose::sim {
 
@@ -12,6 +13,7 @@ struct Machine {
   boost::asio::any_io_executor io;  ///< one thread's
   drivers::Clock& clock;
   net::Network network{};
+  StartRsi start_rsi = start_rsi_runner;
 };
 
 }  // namespace truepose::sim

@@ -239,7 +239,8 @@ void SimulatedCell::received(const std::string& channel, std::string_view docume
 
 TargetSight SimulatedCell::look() const {
   TargetSight sight{.p_WS_mm = std::nullopt, .moving = false};
-  const RsiRunner::Arm arm = rsi_ ? rsi_->arm() : RsiRunner::Arm{controller_.axes(), controller_.is_moving()};
+  const RsiSession::Arm arm =
+      rsi_ ? rsi_->arm() : RsiSession::Arm{controller_.axes(), controller_.is_moving()};
   sight.moving = arm.moving;
   std::vector<int> unhidden;
   if (sight_) unhidden = sight_->seen_at(arm.q);
@@ -323,12 +324,12 @@ void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   // The controller outlives its session.
   RsiClient client{setup, std::shared_ptr<RsiProgram>{std::shared_ptr<void>{}, &controller_},
                    static_cast<std::uint64_t>(ipoc)};
-  const RsiRunnerOptions options{.host = options_.rsi_host,
-                                 .port = options_.rsi_port,
-                                 .cycle = scenario_.cycle,
-                                 .source_port = scenario_.rsi_source_port,
-                                 .faults = rsi_faults(),
-                                 .cycles_before = ended_sessions_.last_cycle};
+  const RsiSessionOptions options{.host = options_.rsi_host,
+                                  .port = options_.rsi_port,
+                                  .cycle = scenario_.cycle,
+                                  .source_port = scenario_.rsi_source_port,
+                                  .faults = rsi_faults(),
+                                  .cycles_before = ended_sessions_.last_cycle};
   const auto ended = [this, number = session.number](RsiEnd end) {
     boost::asio::post(machine_.io, [=, this] { rsi_ended(number, end); });
   };
@@ -338,12 +339,12 @@ void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
   const auto rejected = [this](const std::string& line) {
     boost::asio::post(machine_.io, [line] { std::fprintf(stderr, "%s\n", line.c_str()); });
   };
-  rsi_ = std::make_unique<RsiRunner>(options, std::move(client), RsiListener{ended, unknown_name, rejected});
+  rsi_ = machine_.start_rsi(options, std::move(client), {ended, unknown_name, rejected});
 }
 
 void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {
   if (!rsi_ || session != rsi_session_) return;
-  const std::unique_ptr<RsiRunner> ended = std::exchange(rsi_, nullptr);
+  const std::unique_ptr<RsiSession> ended = std::exchange(rsi_, nullptr);
   ended->stop();
   ended_sessions_.add(ended->statistics());
   passed_ = machine_.clock.now();

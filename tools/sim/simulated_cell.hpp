@@ -17,7 +17,7 @@
 #include "tools/sim/controller/controller.hpp"
 #include "tools/sim/controller/controller_setup.hpp"
 #include "tools/sim/controller/eki_server.hpp"
-#include "tools/sim/controller/rsi_runner.hpp"
+#include "tools/sim/controller/rsi_session.hpp"
 #include "tools/sim/machine.hpp"
 #include "tools/sim/motion/path_log.hpp"
 #include "tools/sim/tracker/tracker_server.hpp"
@@ -121,7 +121,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   std::vector<EkiPort> eki_ports_;
   EkiServer eki_;
   std::unique_ptr<TrackerServer> tracker_;
-  std::unique_ptr<RsiRunner> rsi_;
+  std::unique_ptr<RsiSession> rsi_;
 };
 
 }  // namespace truepose::sim

@@ -45,11 +45,10 @@ void sleep_until(steady_clock::time_point when) {
   }
 }
 
-}  // namespace
-
-class RsiRunner::Session final : RsiWire {
+class RsiRunner final : public RsiSession, RsiWire {
  public:
-  Session(const RsiRunnerOptions& options, RsiClient client, RsiListener listener, std::string from = {})
+  /// @param from  numeric address that it sends from; empty: any
+  RsiRunner(const RsiSessionOptions& options, RsiClient client, RsiListener listener, std::string from = {})
       : options_{options},
         from_{std::move(from)},
         target_{boost::asio::ip::make_address(options.host), options.port},
@@ -64,24 +63,24 @@ class RsiRunner::Session final : RsiWire {
                           &fifo);  // refused without the right: then as it is
   }
 
-  ~Session() override { stop(); }
+  ~RsiRunner() override { stop(); }
 
-  void stop() {
+  void stop() override {
     stopping_ = true;
     if (thread_.joinable()) thread_.join();
   }
 
-  Arm arm() const {
+  Arm arm() const override {
     const std::lock_guard lock{mutex_};
     return arm_;
   }
 
-  RsiStatistics statistics() const {
+  RsiStatistics statistics() const override {
     const std::lock_guard lock{mutex_};
     return statistics_;
   }
 
-  void disturb(ScenarioFault fault) {
+  void disturb(ScenarioFault fault) override {
     const std::lock_guard lock{mutex_};
     disturbances_.push_back(std::move(fault));
   }
@@ -150,11 +149,11 @@ class RsiRunner::Session final : RsiWire {
   }
 
   void begin_second_sender(RsiClient twin, const std::string& from) override {
-    RsiRunnerOptions options = options_;
+    RsiSessionOptions options = options_;
     options.source_port = 0;
     options.faults.clear();
     try {
-      second_ = std::make_unique<Session>(options, std::move(twin), RsiListener{[](RsiEnd) {}}, from);
+      second_ = std::make_unique<RsiRunner>(options, std::move(twin), RsiListener{[](RsiEnd) {}}, from);
     } catch (const boost::system::system_error& e) {
       std::fprintf(stderr, "rsi-second-sender: cannot send from '%s': %s\n", from.c_str(), e.what());
     }
@@ -212,8 +211,8 @@ class RsiRunner::Session final : RsiWire {
     statistics_.longest_overrun = std::max(statistics_.longest_overrun, overrun);
   }
 
-  const RsiRunnerOptions options_;
-  const std::string from_;  // own address; empty = any
+  const RsiSessionOptions options_;
+  const std::string from_;
   boost::asio::io_context context_{1};
   udp::endpoint target_;
   udp::socket socket_;
@@ -226,18 +225,16 @@ class RsiRunner::Session final : RsiWire {
   RsiStatistics statistics_;                 // guarded by mutex_
   std::vector<ScenarioFault> disturbances_;  // guarded by mutex_; not yet begun
   // The thread's alone:
-  std::unique_ptr<Session> second_;
+  std::unique_ptr<RsiRunner> second_;
   SecondSenders second_senders_ended_;
   std::thread thread_;
 };
 
-RsiRunner::RsiRunner(const RsiRunnerOptions& options, RsiClient client, RsiListener listener)
-    : session_{std::make_unique<Session>(options, std::move(client), std::move(listener))} {}
+}  // namespace
 
-RsiRunner::~RsiRunner() = default;
-RsiRunner::Arm RsiRunner::arm() const { return session_->arm(); }
-RsiStatistics RsiRunner::statistics() const { return session_->statistics(); }
-void RsiRunner::stop() { session_->stop(); }
-void RsiRunner::disturb(config::ScenarioFault fault) { session_->disturb(std::move(fault)); }
+std::unique_ptr<RsiSession> start_rsi_runner(const RsiSessionOptions& options, RsiClient client,
+                                             RsiListener listener) {
+  return std::make_unique<RsiRunner>(options, std::move(client), std::move(listener));
+}
 
 }  // namespace truepose::sim

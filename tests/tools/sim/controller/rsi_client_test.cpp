@@ -14,7 +14,6 @@
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "tests/tools/sim/kr210.hpp"
-#include "tools/sim/controller/rsi_runner.hpp"
 
 namespace truepose::sim {
 namespace {

@@ -12,7 +12,6 @@
 #include <chrono>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -58,13 +57,10 @@ class Wire : public testing::Test {
         .ethernet = ethernet.value(),
         .context = rsi::truepose_context({.timeout_cycles = std::numeric_limits<int>::max()}),
         .cycle = 1ms};
-    runner_.emplace(
-        RsiRunnerOptions{.host = "127.0.0.1",
-                         .port = pc_.local_endpoint().port(),
-                         .cycle = 1ms,
-                         .faults = std::move(faults)},
+    runner_ = start_rsi_runner(
+        {.host = "127.0.0.1", .port = pc_.local_endpoint().port(), .cycle = 1ms, .faults = std::move(faults)},
         RsiClient{setup, std::make_shared<StreamPath>(kr210(), std::vector{kWireHome}, 1), kWireIpoc},
-        RsiListener{.ended = [](RsiEnd) {}});
+        {.ended = [](RsiEnd) {}});
   }
 
   Heard hear() {
@@ -90,7 +86,7 @@ class Wire : public testing::Test {
   boost::asio::io_context context_;
   udp::socket pc_{context_, {boost::asio::ip::address_v4::loopback(), 0}};
   std::array<char, 65536> buffer_{};
-  std::optional<RsiRunner> runner_;
+  std::unique_ptr<RsiSession> runner_;
 };
 
 TEST_F(Wire, LosesDatagramsAndReachesThePcAgain) {
