@@ -56,7 +56,7 @@ struct DiskFile {
   static int sync(sqlite3_file* f, int) {
     const int code = of(f).disk->change(SQLITE_OK, SQLITE_IOERR_FSYNC);
     if (code != SQLITE_OK) return code;
-    of(f).file->synced = of(f).file->now;
+    for (const FailingDisk::Write& write : of(f).file->since) FailingDisk::apply(write, of(f).file->synced);
     of(f).file->since.clear();
     return SQLITE_OK;
   }
@@ -231,27 +231,35 @@ void FailingDisk::apply(const Write& write, std::vector<std::uint8_t>& bytes) {
   std::ranges::copy(write.bytes, bytes.begin() + write.offset);
 }
 
+void FailingDisk::lose_unsynced(File& file) {
+  std::vector<std::uint8_t> left = file.synced;
+  const bool in_order = random_() % 2 == 0;
+  std::size_t whole = file.since.empty() ? 0 : random_() % (file.since.size() + 1);
+  for (std::size_t i = 0; i < file.since.size(); ++i) {
+    Write write = file.since[i];
+    const bool torn = in_order ? i == whole : random_() % 8 == 0;
+    const bool lost = in_order ? i > whole : random_() % 2 == 0;
+    if (lost && !torn) continue;
+    if (torn) {
+      if (write.offset < 0) continue;
+      const std::size_t sectors = write.bytes.size() / kSector;
+      write.bytes.resize(sectors == 0 ? 0 : random_() % (sectors + 1) * kSector);
+      if (write.bytes.empty()) continue;
+    }
+    apply(write, left);
+  }
+  file.now = file.synced = std::move(left);
+  file.since.clear();
+}
+
 void FailingDisk::restore_power() {
+  for (auto& [name, file] : files_) lose_unsynced(*file);
+  restore_process();
+}
+
+void FailingDisk::restore_process() {
   powerless_ = false;
   for (auto& [name, file] : files_) {
-    std::vector<std::uint8_t> left = file->synced;
-    const bool in_order = random_() % 2 == 0;
-    std::size_t whole = file->since.empty() ? 0 : random_() % (file->since.size() + 1);
-    for (std::size_t i = 0; i < file->since.size(); ++i) {
-      Write write = file->since[i];
-      const bool torn = in_order ? i == whole : random_() % 8 == 0;
-      const bool lost = in_order ? i > whole : random_() % 2 == 0;
-      if (lost && !torn) continue;
-      if (torn) {
-        if (write.offset < 0) continue;
-        const std::size_t sectors = write.bytes.size() / kSector;
-        write.bytes.resize(sectors == 0 ? 0 : random_() % (sectors + 1) * kSector);
-        if (write.bytes.empty()) continue;
-      }
-      apply(write, left);
-    }
-    file->now = file->synced = std::move(left);
-    file->since.clear();
     file->shared_memory.clear();
     file->opened = 0;
     file->reserved = false;

@@ -38,6 +38,8 @@ class FailingDisk {
   /// After that, and once every connection is closed: of each file stays what was synced, and by chance some
   /// of what was written since: in the order of writing or not, whole, or the last one torn at a sector.
   void restore_power();
+  /// The same where only the process was killed: what it had written stays.
+  void restore_process();
 
  private:
   friend struct DiskFile;
@@ -58,6 +60,7 @@ class FailingDisk {
   /// @param full, broken  what it ends with otherwise
   int change(int full, int broken);
   void write(File& file, Write change);
+  void lose_unsynced(File& file);
   static void apply(const Write& write, std::vector<std::uint8_t>& bytes);
 
   std::mt19937_64 random_;

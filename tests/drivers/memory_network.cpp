@@ -5,6 +5,7 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/error.hpp>
 #include <chrono>
+#include <deque>
 
 #include "daemon/threads/signal.hpp"
 
@@ -16,6 +17,8 @@ using boost::system::error_code;
 namespace {
 
 constexpr std::chrono::seconds kProbed{5};  // what the options of net::tcp_stream() come to
+constexpr const char* kAddress = "127.0.0.1";
+constexpr std::uint16_t kFirstFree = 60'000;
 
 }  // namespace
 
@@ -29,11 +32,16 @@ struct MemoryNetwork::Link {
   error_code broken;  ///< for the client, at once
   std::optional<TimePoint> severed;
   std::optional<std::size_t> cut_after;
-  daemon::Signal changed;
+  // Each end waits in its own process, and this may outlive that.
+  std::weak_ptr<daemon::Signal> server, client;
 
+  void notify() const {
+    for (const auto& end : {server.lock(), client.lock()})
+      if (end) end->notify();
+  }
   void end_for_server() {
     to_server.ended = true;
-    changed.notify();
+    notify();
   }
   void reset() {
     broken = asio::error::connection_reset;
@@ -42,7 +50,88 @@ struct MemoryNetwork::Link {
 };
 
 net::MakeStream MemoryNetwork::streams() {
-  return [this](const asio::any_io_executor&) { return std::make_unique<MemoryStream>(*this); };
+  return [this](const asio::any_io_executor& executor) {
+    return std::make_unique<MemoryStream>(*this, executor);
+  };
+}
+
+/// A port of a program. Its clients wait until they are accepted.
+class MemoryListener final : public net::Listener {
+ public:
+  MemoryListener(MemoryNetwork& network, asio::any_io_executor executor, std::uint16_t port)
+      : network_{network}, executor_{std::move(executor)}, port_{port} {
+    network_.ports_[port_].listener = this;
+  }
+  ~MemoryListener() override { close(); }
+
+  asio::any_io_executor executor() override { return executor_; }
+  asio::awaitable<net::Result<std::unique_ptr<net::Stream>>> accept() override {
+    while (open_ && waiting_.empty()) co_await changed_.wait();
+    if (!open_) co_return std::unexpected(asio::error::operation_aborted);
+    auto accepted = std::make_unique<MemoryStream>(network_, executor_, std::move(waiting_.front()));
+    waiting_.pop_front();
+    co_return accepted;
+  }
+  void close() noexcept override {
+    if (!open_) return;
+    open_ = false;
+    network_.ports_[port_].listener = nullptr;
+    for (const auto& link : waiting_) link->reset();
+    changed_.notify();
+  }
+  bool is_open() const override { return open_; }
+  net::Stream::End local() const override { return {kAddress, port_}; }
+
+  void take(std::shared_ptr<MemoryNetwork::Link> link) {
+    waiting_.push_back(std::move(link));
+    changed_.notify();
+  }
+
+ private:
+  MemoryNetwork& network_;
+  asio::any_io_executor executor_;
+  std::uint16_t port_;
+  std::deque<std::shared_ptr<MemoryNetwork::Link>> waiting_;
+  daemon::Signal changed_;
+  bool open_ = true;
+};
+
+/// Nothing else in this process takes it.
+class MemoryHeldPort final : public net::HeldPort {
+ public:
+  explicit MemoryHeldPort(std::uint16_t port) : port_{port} {}
+  std::uint16_t port() const override { return port_; }
+
+ private:
+  std::uint16_t port_;
+};
+
+net::Network MemoryNetwork::network() {
+  net::Network network;
+  network.stream = streams();
+  network.listen_tcp = [this](const asio::any_io_executor& executor, const std::string&, std::uint16_t port,
+                              net::ListenOptions) { return listen(executor, port); };
+  network.hold_tcp = [this](const asio::any_io_executor&, const std::string&,
+                            std::uint16_t port) -> net::Result<std::unique_ptr<net::HeldPort>> {
+    if (port != 0 && ports_[port].listener != nullptr) return std::unexpected(asio::error::address_in_use);
+    return std::make_unique<MemoryHeldPort>(port == 0 ? free_port() : port);
+  };
+  network.listen_local = [this](const asio::any_io_executor& executor, const std::filesystem::path&,
+                                unsigned) { return listen(executor, 0); };
+  return network;
+}
+
+net::Result<std::shared_ptr<net::Listener>> MemoryNetwork::listen(asio::any_io_executor executor,
+                                                                  std::uint16_t port) {
+  if (port == 0) port = free_port();
+  if (ports_[port].listener != nullptr) return std::unexpected(asio::error::address_in_use);
+  return std::make_shared<MemoryListener>(*this, std::move(executor), port);
+}
+
+std::uint16_t MemoryNetwork::free_port() const {
+  std::uint16_t port = kFirstFree;
+  while (ports_.contains(port)) ++port;
+  return port;
 }
 
 void MemoryNetwork::each_link(const Ports& device, const std::function<void(Link&)>& act) {
@@ -64,7 +153,7 @@ void MemoryNetwork::power(const Ports& device, bool on) {
 
 void MemoryNetwork::silence(const Ports& device, bool silent) {
   for (const std::uint16_t port : device) ports_[port].silent = silent;
-  each_link(device, [](Link& link) { link.changed.notify(); });
+  each_link(device, [](Link& link) { link.notify(); });
 }
 
 void MemoryNetwork::storm(const Ports& device, bool stormy) {
@@ -80,8 +169,18 @@ void MemoryNetwork::cut_after(const Ports& device, std::size_t bytes) {
   each_link(device, [bytes](Link& link) { link.cut_after = bytes; });
 }
 
-MemoryStream::MemoryStream(MemoryNetwork& network, std::shared_ptr<MemoryNetwork::Link> link)
-    : network_{network}, link_{std::move(link)}, is_server_{true} {}
+MemoryStream::MemoryStream(MemoryNetwork& network, asio::any_io_executor executor,
+                           std::shared_ptr<MemoryNetwork::Link> link)
+    : network_{network}, executor_{std::move(executor)}, link_{std::move(link)}, is_server_{true} {
+  link_->server = changed_;
+}
+
+net::Stream::End MemoryStream::local() const {
+  return link_ && is_server_ ? End{kAddress, link_->port} : End{};
+}
+net::Stream::End MemoryStream::remote() const {
+  return link_ ? End{kAddress, is_server_ ? std::uint16_t{0} : link_->port} : End{};
+}
 
 asio::awaitable<error_code> MemoryStream::connect(std::string, std::uint16_t number) {
   close();
@@ -90,14 +189,20 @@ asio::awaitable<error_code> MemoryStream::connect(std::string, std::uint16_t num
     daemon::Signal nobody;
     co_await nobody.wait();
   }
+  if (!port.serve && port.listener == nullptr) co_return asio::error::connection_refused;
   auto link = std::make_shared<MemoryNetwork::Link>();
   link->port = number;
+  link->client = changed_;
   port.links.push_back(link);
   link_ = link;
   if (port.stormy) {
     link->reset();
+  } else if (port.listener != nullptr) {
+    port.listener->take(link);
   } else {
-    asio::co_spawn(network_.io_, port.serve(std::make_shared<MemoryStream>(network_, link)), asio::detached);
+    const asio::any_io_executor executor = network_.io_.get_executor();
+    auto server = std::make_shared<MemoryStream>(network_, executor, link);
+    asio::co_spawn(executor, port.serve(std::move(server)), asio::detached);
   }
   co_return error_code{};
 }
@@ -115,6 +220,7 @@ asio::awaitable<net::Stream::Received> MemoryStream::read(std::span<char> into) 
 
 asio::awaitable<net::Stream::Received> MemoryStream::receive(std::span<char> into) {
   const auto link = link_;
+  const auto changed = changed_;
   MemoryNetwork::Link::Way& way = is_server_ ? link->to_server : link->to_client;
   for (;;) {
     if (!is_server_ && link->broken) co_return Received{link->broken, 0};
@@ -130,9 +236,9 @@ asio::awaitable<net::Stream::Received> MemoryStream::receive(std::span<char> int
     if (!is_server_ && link->severed) {
       const TimePoint found = *link->severed + kProbed;
       if (network_.clock_.now() >= found) co_return Received{asio::error::timed_out, 0};
-      co_await link->changed.wait_until(network_.clock_, found);
+      co_await changed->wait_until(network_.clock_, found);
     } else {
-      co_await link->changed.wait();
+      co_await changed->wait();
     }
   }
 }
@@ -153,25 +259,26 @@ asio::awaitable<error_code> MemoryStream::write(std::string_view bytes) {
     bytes = bytes.substr(0, *link.cut_after);
     *link.cut_after -= bytes.size();
   }
+  network_.on_bytes_(link.port, !is_server_, bytes);
   way.bytes += bytes;
   if (is_server_ && link.cut_after == 0U) {
     way.ended = true;
     link.end_for_server();
   }
-  link.changed.notify();
+  link.notify();
   co_return error_code{};
 }
 
 asio::awaitable<void> MemoryStream::end_writing() {
   if (!link_) co_return;
   (is_server_ ? link_->to_client : link_->to_server).ended = true;
-  link_->changed.notify();
+  link_->notify();
 }
 
 void MemoryStream::close() noexcept {
   if (!link_) return;
   (is_server_ ? link_->to_client : link_->to_server).ended = true;
-  link_->changed.notify();
+  link_->notify();
   link_.reset();
 }
 

@@ -1,0 +1,66 @@
+#include "tests/world/cell.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "config/cell_config.hpp"
+#include "proto/rsi/ethernet_config.hpp"
+
+namespace truepose::world {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
+const fs::path kShipped = fs::path{TRUEPOSE_SOURCE_DIR} / "config";
+
+config::CellConfig cell_config() {
+  config::CellConfig config = config::load_cell(kShipped / "cell.yaml");
+  config.store = "cell.sqlite";
+  config.recording.folder = "recordings";
+  config.recording.ring_mb = 1;
+  config.control.token_file = "token";
+  std::ofstream{config.control.token_file} << kToken << '\n';
+  fs::permissions(config.control.token_file, fs::perms::owner_read | fs::perms::owner_write);
+  return config;
+}
+
+rsi::EthernetConfig ethernet_of(const config::Scenario& scenario) {
+  std::ifstream file{scenario.ethernet_xml};
+  std::ostringstream text;
+  text << file.rdbuf();
+  return rsi::parse_ethernet_config(text.str()).value();
+}
+
+/// Its ports are those of the cell file.
+sim::CellOptions options(std::uint64_t seed, const config::CellConfig& config) {
+  return {.eki_port = config.robot.eki_motion.port,
+          .tracker_port = config.tracker.address.port,
+          .rsi_host = config.stream.listen.host,
+          .rsi_port = config.stream.listen.port,
+          .seed = seed};
+}
+
+sim::Machine machine(World& world) {
+  const auto executor = world.outside.get_executor();
+  return {.io = executor,
+          .clock = world.clock,
+          .network = world.network.network(),
+          .start_rsi = world.rsi.controller(executor)};
+}
+
+}  // namespace
+
+Cell::Cell(std::uint64_t seed)
+    : scenario_{config::load_scenario(kShipped / "scenarios/demo.yaml")},
+      world{seed},
+      disk{world.random.next()},
+      max_step_deg{cell_config().stream.max_step_deg},
+      devices{machine(world), scenario_, ethernet_of(scenario_), options(world.random.next(), cell_config())},
+      pc{world, disk, cell_config(), "run"},
+      panel{world, "panel", kToken} {}
+
+}  // namespace truepose::world

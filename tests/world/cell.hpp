@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "config/scenario.hpp"
+#include "tests/daemon/failing_disk.hpp"
+#include "tests/temp_folder.hpp"
+#include "tests/world/cell_pc.hpp"
+#include "tests/world/client.hpp"
+#include "tests/world/world.hpp"
+#include "tools/sim/simulated_cell.hpp"
+
+namespace truepose::world {
+
+/// The cell of the shipped cell file and scenario, whole: PC with daemon and disk, controller with its
+/// programs, arm, tracker. One at a time in a process: it stands in a folder of its own, and the disk is
+/// SQLite's.
+class Cell {
+ public:
+  explicit Cell(std::uint64_t seed);
+
+ private:
+  TempFolder folder_;
+  StandsIn stands_{folder_.path()};
+  config::Scenario scenario_;
+
+ public:
+  World world;
+  test::FailingDisk disk;
+  const double max_step_deg;  ///< of the stream, by the cell file
+  sim::SimulatedCell devices;
+  CellPc pc;
+  Client panel;  ///< of an operator, with the token of the cell
+};
+
+}  // namespace truepose::world

@@ -1,0 +1,120 @@
+#include "tests/world/client.hpp"
+
+#include <array>
+#include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
+#include <utility>
+
+#include "drivers/net/spawn.hpp"
+
+namespace truepose::world {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+
+namespace {
+
+constexpr std::uint16_t kControlPort = 7210;
+
+}  // namespace
+
+/// A connection, and who waits for answers on it.
+struct Client::Session {
+  struct Request {
+    daemon::Signal answered;
+    std::optional<json::value> answer;
+  };
+  std::unique_ptr<net::Stream> stream;
+  std::map<std::int64_t, std::shared_ptr<Request>> open;
+  std::int64_t last_id = 0;
+  std::string line;
+  bool over = false;
+
+  void end() {
+    over = true;
+    stream->close();
+    for (const auto& [id, request] : open) {
+      request->answer.emplace(nullptr);
+      request->answered.notify();
+    }
+    open.clear();
+  }
+};
+
+Client::Client(World& world, std::string name, std::string token)
+    : world_{world}, name_{std::move(name)}, token_{std::move(token)} {}
+
+Client::~Client() {
+  if (session_) session_->end();
+}
+
+bool Client::is_connected() const { return session_ && !session_->over; }
+
+asio::awaitable<bool> Client::connect() {
+  if (session_) session_->end();
+  session_ = std::make_shared<Session>();
+  const auto session = session_;
+  session->stream = world_.network.streams()(world_.outside.get_executor());
+  const auto failed = co_await session->stream->connect("127.0.0.1", kControlPort);
+  if (failed) {
+    session->end();
+    co_return false;
+  }
+  net::spawn(world_.outside.get_executor(), read(*this, session), net::rethrow);
+  json::object hello{{"protocol", 1}, {"token", token_}};
+  const json::value opened = co_await ask("session.hello", std::move(hello));
+  if (!opened.is_object() || !opened.as_object().contains("result")) co_return false;
+  json::object from{{"after", seq_}};
+  const json::value subscribed = co_await ask("events.subscribe", std::move(from));
+  co_return subscribed.is_object() && subscribed.as_object().contains("result");
+}
+
+asio::awaitable<json::value> Client::ask(std::string method, json::object params) {
+  const auto session = session_;
+  if (!session || session->over) co_return nullptr;
+  const auto request = std::make_shared<Session::Request>();
+  const std::int64_t id = ++session->last_id;
+  session->open[id] = request;
+  const json::object line{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", std::move(params)}};
+  const std::string text = json::serialize(line) + "\n";
+  const auto failed = co_await session->stream->write(text);
+  if (failed) session->end();
+  while (!request->answer) co_await request->answered.wait();
+  co_return *request->answer;
+}
+
+asio::awaitable<void> Client::read(Client& client, std::shared_ptr<Session> session) {
+  std::array<char, 4096> buffer{};
+  while (!session->over) {
+    const auto [error, size] = co_await session->stream->read(buffer);
+    if (session->over) co_return;
+    if (error || size == 0) break;
+    session->line.append(buffer.data(), size);
+    for (std::size_t end = 0; (end = session->line.find('\n')) != std::string::npos;) {
+      const std::string line = session->line.substr(0, end);
+      session->line.erase(0, end + 1);
+      client.take(*session, line);
+      if (session->over) co_return;
+    }
+  }
+  session->end();
+}
+
+void Client::take(Session& session, const std::string& line) {
+  const json::object message = json::parse(line).as_object();
+  if (const json::value* const id = message.if_contains("id"); id != nullptr && id->is_int64()) {
+    const auto asked = session.open.extract(id->as_int64());
+    if (asked.empty()) return complaints.push_back(name_ + ": an answer to no request: " + line);
+    asked.mapped()->answer.emplace(message);
+    return asked.mapped()->answered.notify();
+  }
+  if (message.at("method") != "event") return;
+  const json::object& event = message.at("params").as_object();
+  const std::uint64_t seq = event.at("seq").to_number<std::uint64_t>();
+  if (seq <= seq_)
+    complaints.push_back(name_ + ": event " + std::to_string(seq) + " comes after " + std::to_string(seq_));
+  seq_ = seq;
+  on_event(event);
+}
+
+}  // namespace truepose::world

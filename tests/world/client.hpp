@@ -1,0 +1,52 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/threads/signal.hpp"
+#include "tests/world/world.hpp"
+
+namespace truepose::world {
+
+/// A client of the control port: an HMI, a script, or a person at the command line.
+///
+/// It speaks the protocol by itself, and checks of each session what every client relies on: an answer for
+/// each request, and events whose numbers rise.
+class Client {
+ public:
+  Client(World& world, std::string name, std::string token);
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// Opens a session and subscribes to all topics, missed events included. @return whether it is open
+  boost::asio::awaitable<bool> connect();
+  bool is_connected() const;
+
+  /// The answer of one request: `result`, or `error`; null where the session ended before.
+  boost::asio::awaitable<boost::json::value> ask(std::string method, boost::json::object params = {});
+
+  std::function<void(const boost::json::object& event)> on_event = [](const boost::json::object&) {};
+  /// What broke a promise of the protocol.
+  std::vector<std::string> complaints;
+
+ private:
+  struct Session;
+  static boost::asio::awaitable<void> read(Client& client, std::shared_ptr<Session> session);
+  void take(Session& session, const std::string& line);
+
+  World& world_;
+  std::string name_, token_;
+  std::shared_ptr<Session> session_;
+  std::uint64_t seq_ = 0;  // of the last event
+};
+
+}  // namespace truepose::world

@@ -1,0 +1,57 @@
+#include "tests/world/stream_judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <string_view>
+
+namespace truepose::world {
+
+namespace {
+
+/// Half a digit of the four that are sent, twice.
+constexpr double kRounding_deg = 1.01e-4;
+
+/// The number of an attribute in the element AK: A1="0.0123".
+std::optional<double> attribute(std::string_view reply, std::string_view name) {
+  const std::size_t element = reply.find("<AK ");
+  if (element == std::string_view::npos) return std::nullopt;
+  const std::string_view inside = reply.substr(element, reply.find('>', element) - element);
+  const std::size_t at = inside.find(std::string{name} + "=\"");
+  if (at == std::string_view::npos) return std::nullopt;
+  return std::strtod(inside.data() + at + name.size() + 2, nullptr);
+}
+
+}  // namespace
+
+void StreamJudge::see(const RsiCycle& cycle) {
+  ++cycles;
+  if (cycle.session != session_) {
+    session_ = cycle.session;
+    ++sessions;
+    in_effect_deg_ = {};
+  }
+  const auto where = [&] {
+    return "session " + std::to_string(sessions) + ", cycle " + std::to_string(cycles);
+  };
+  for (std::size_t i = 0; i < in_effect_deg_.size(); ++i) {
+    if (cycle.reply.empty()) break;  // the controller holds what it has
+    const auto deg = attribute(cycle.reply, "A" + std::to_string(i + 1));
+    if (!deg) {
+      broken.push_back(where() + ": a reply without axis " + std::to_string(i + 1));
+      break;
+    }
+    const double step = std::abs(*deg - in_effect_deg_[i]);
+    if (step > max_step_deg_ + kRounding_deg)
+      broken.push_back(where() + ": axis " + std::to_string(i + 1) + " steps by " + std::to_string(step) +
+                       " deg");
+    largest_step_deg = std::max(largest_step_deg, step);
+    largest_deg = std::max(largest_deg, std::abs(*deg));
+    in_effect_deg_[i] = *deg;
+  }
+  if (cycle.end != sim::RsiEnd::Off) return;
+  for (const double deg : in_effect_deg_) largest_left_deg = std::max(largest_left_deg, std::abs(deg));
+}
+
+}  // namespace truepose::world

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/world/rsi_cable.hpp"
+
+namespace truepose::world {
+
+/// Judges at the RSI cable what the stream promises, by the text of the replies alone.
+class StreamJudge {
+ public:
+  /// @param max_step_deg  of the cell file
+  explicit StreamJudge(double max_step_deg) : max_step_deg_{max_step_deg} {}
+
+  void see(const RsiCycle& cycle);
+
+  std::uint64_t cycles = 0, sessions = 0;
+  double largest_step_deg = 0;
+  double largest_deg = 0;           ///< correction of an axis
+  double largest_left_deg = 0;      ///< correction of an axis where a program closed RSI
+  std::vector<std::string> broken;  ///< promises, each with its session and cycle
+
+ private:
+  using Axes = std::array<double, 6>;
+
+  const double max_step_deg_;
+  std::uint64_t session_ = 0;
+  Axes in_effect_deg_{};
+};
+
+}  // namespace truepose::world
