@@ -2,17 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <span>
-#include <string>
 #include <utility>
 
-#include "core/math/random.hpp"
 #include "daemon/threads/signal.hpp"
 #include "drivers/mock/virtual_clock.hpp"
 #include "drivers/net/spawn.hpp"
@@ -62,14 +58,7 @@ class QuietRsiLink final : public drivers::RsiLink {
   mutable std::uint64_t beats_ = 0;
 };
 
-RandomBytes random_from(std::uint64_t seed) {
-  return [random = std::make_shared<Random>(seed)](std::span<unsigned char> bytes) {
-    for (unsigned char& byte : bytes) byte = static_cast<unsigned char>(random->next());
-  };
-}
-
-/// A whole daemon in virtual time, whose network is in memory. The tracker is off, and so is the controller
-/// unless a test serves its state channel.
+/// A whole daemon in virtual time, whose network is in memory and whose controller and tracker are off.
 struct DaemonInVirtualTime : testing::Test {
   DaemonInVirtualTime() {
     config.robot.model = nominal_arm();
@@ -92,7 +81,6 @@ struct DaemonInVirtualTime : testing::Test {
                     compute_thread,
                     recorder_thread,
                     [this] { return std::chrono::system_clock::time_point{clock.now().time_since_epoch()}; }};
-    machine.random = random;
     machine.network.stream = [&](const asio::any_io_executor& executor) {
       ++connections;
       return network.streams()(executor);
@@ -111,10 +99,6 @@ struct DaemonInVirtualTime : testing::Test {
     asio::io_context io{1};
     drivers::MemoryNetwork network{io, clock};
     network.power({kMotionPort, kStatePort, kTrackerPort}, false);
-    if (serve_state) {
-      network.listen(kStatePort, serve_state);
-      network.power({kStatePort}, true);
-    }
     const auto daemon = Daemon::start(machine(io, network), config, {});
     if (meanwhile) meanwhile();
     bool ended = false;
@@ -134,8 +118,6 @@ struct DaemonInVirtualTime : testing::Test {
   drivers::VirtualClock clock{drivers::time_of(1'000'000'000'000)};
   InPlaceWorker store_thread, compute_thread, recorder_thread;
   int connections = 0;
-  RandomBytes random = kernel_random;
-  drivers::MemoryNetwork::Serve serve_state;
 };
 
 TEST_F(DaemonInVirtualTime, EndsInOrderAfterAnHourWithoutDevices) {
@@ -151,25 +133,6 @@ TEST_F(DaemonInVirtualTime, LeavesItsStoreToTheNextAndToNoOtherMeanwhile) {
   constexpr std::chrono::seconds kTime{10};
   const auto another = [&] { EXPECT_THROW(live_for(kTime), StartError); };
   for (int life = 0; life < 3; ++life) EXPECT_TRUE(live_for(kTime, another));
-}
-
-TEST_F(DaemonInVirtualTime, SendsTheControllerTheSameIdsFromTheSameRandomNumbers) {
-  std::string heard;
-  serve_state = [&](std::shared_ptr<drivers::MemoryStream> client) -> asio::awaitable<void> {
-    std::array<char, 256> bytes{};
-    const auto received = co_await client->read(bytes);
-    heard.append(bytes.data(), received.size);
-  };
-  const auto heard_with_seed = [&](std::uint64_t seed) {
-    random = random_from(seed);
-    heard.clear();
-    EXPECT_TRUE(live_for(std::chrono::seconds{10}));
-    return heard;
-  };
-  const std::string first = heard_with_seed(1);
-  EXPECT_NE(first, "");
-  EXPECT_EQ(heard_with_seed(1), first);
-  EXPECT_NE(heard_with_seed(2), first);
 }
 
 }  // namespace

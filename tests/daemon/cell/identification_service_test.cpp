@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <set>
+#include <span>
+#include <utility>
 
+#include "core/math/random.hpp"
 #include "daemon/cell/campaign_archive.hpp"
 #include "tests/daemon/cell_fixture.hpp"
 
@@ -169,6 +173,37 @@ TEST_F(Identification, ABackupIsReadPartByPart) {
   EXPECT_THAT(refused("store.get_backup", {{"id", "another"}}), HasSubstr("no such backup"));
   ASSERT_TRUE(call("store.backup"));
   EXPECT_THAT(refused("store.get_backup", {{"id", id}}), HasSubstr("another was made since"));
+}
+
+TEST_F(Identification, BackupsHaveTheSameIdsFromTheSameRandomNumbers) {
+  config.store = file;
+  const auto ids_from = [this](std::uint64_t seed) {
+    const auto random = [numbers = std::make_shared<Random>(seed)](std::span<unsigned char> bytes) {
+      for (unsigned char& byte : bytes) byte = static_cast<unsigned char>(numbers->next());
+    };
+    DaemonCell life{{io.get_executor(),
+                     config,
+                     robot,
+                     tracker,
+                     clock,
+                     *stream,
+                     *store,
+                     store_thread,
+                     compute_thread,
+                     events,
+                     recorder,
+                     recorder_thread,
+                     wall_clock,
+                     {},
+                     random}};
+    const Answer one = finish(life.call("store.backup", {}, kOperator));
+    const Answer other = finish(life.call("store.backup", {}, kOperator));
+    return std::pair{text_in(one.value(), "/id"), text_in(other.value(), "/id")};
+  };
+  const auto ids = ids_from(1);
+  EXPECT_NE(ids.first, ids.second);
+  EXPECT_EQ(ids_from(1), ids);
+  EXPECT_NE(ids_from(2), ids);
 }
 
 }  // namespace
