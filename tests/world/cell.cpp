@@ -55,11 +55,11 @@ sim::Machine machine(World& world) {
 }  // namespace
 
 Cell::Cell(std::uint64_t seed)
-    : scenario_{config::load_scenario(kShipped / "scenarios/demo.yaml")},
+    : scenario{config::load_scenario(kShipped / "scenarios/demo.yaml")},
       world{seed},
       disk{world.random.next()},
       max_step_deg{cell_config().stream.max_step_deg},
-      devices{machine(world), scenario_, ethernet_of(scenario_), options(world.random.next(), cell_config())},
+      devices{machine(world), scenario, ethernet_of(scenario), options(world.random.next(), cell_config())},
       pc{world, disk, cell_config(), "run"},
       panel{world, "panel", kToken} {}
 

@@ -23,9 +23,9 @@ class Cell {
  private:
   TempFolder folder_;
   StandsIn stands_{folder_.path()};
-  config::Scenario scenario_;
 
  public:
+  const config::Scenario scenario;
   World world;
   test::FailingDisk disk;
   const double max_step_deg;  ///< of the stream, by the cell file

@@ -31,6 +31,7 @@ class CellPc final : public Process {
   bool poll() override;
 
   std::chrono::nanoseconds wall_clock_error{0};  ///< of its UTC
+  bool has_power = true;                         ///< else nothing starts the daemon again
 
  private:
   struct Life;

@@ -27,31 +27,29 @@ std::optional<double> attribute(std::string_view reply, std::string_view name) {
 
 void StreamJudge::see(const RsiCycle& cycle) {
   ++cycles;
-  if (cycle.session != session_) {
-    session_ = cycle.session;
-    ++sessions;
-    in_effect_deg_ = {};
-  }
+  const auto [session, is_new] = in_effect_deg_.try_emplace(cycle.session);
+  if (is_new) ++sessions;
+  Axes& in_effect_deg = session->second;
   const auto where = [&] {
-    return "session " + std::to_string(sessions) + ", cycle " + std::to_string(cycles);
+    return "session " + std::to_string(cycle.session) + ", cycle " + std::to_string(cycles);
   };
-  for (std::size_t i = 0; i < in_effect_deg_.size(); ++i) {
+  for (std::size_t i = 0; i < in_effect_deg.size(); ++i) {
     if (cycle.reply.empty()) break;  // the controller holds what it has
     const auto deg = attribute(cycle.reply, "A" + std::to_string(i + 1));
     if (!deg) {
       broken.push_back(where() + ": a reply without axis " + std::to_string(i + 1));
       break;
     }
-    const double step = std::abs(*deg - in_effect_deg_[i]);
+    const double step = std::abs(*deg - in_effect_deg[i]);
     if (step > max_step_deg_ + kRounding_deg)
       broken.push_back(where() + ": axis " + std::to_string(i + 1) + " steps by " + std::to_string(step) +
                        " deg");
     largest_step_deg = std::max(largest_step_deg, step);
     largest_deg = std::max(largest_deg, std::abs(*deg));
-    in_effect_deg_[i] = *deg;
+    in_effect_deg[i] = *deg;
   }
   if (cycle.end != sim::RsiEnd::Off) return;
-  for (const double deg : in_effect_deg_) largest_left_deg = std::max(largest_left_deg, std::abs(deg));
+  for (const double deg : in_effect_deg) largest_left_deg = std::max(largest_left_deg, std::abs(deg));
 }
 
 }  // namespace truepose::world

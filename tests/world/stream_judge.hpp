@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,7 @@ class StreamJudge {
   using Axes = std::array<double, 6>;
 
   const double max_step_deg_;
-  std::uint64_t session_ = 0;
-  Axes in_effect_deg_{};
+  std::map<std::uint64_t, Axes> in_effect_deg_;  // of each session
 };
 
 }  // namespace truepose::world

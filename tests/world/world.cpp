@@ -23,12 +23,19 @@ World::World(std::uint64_t seed) : clock{drivers::TimePoint{kBegin}}, random{see
   });
 }
 
+/// @param loop  0: of devices and people; else of a process
+bool World::poll(std::size_t loop) {
+  if (loop > 0) return processes_[loop - 1]->poll();
+  outside.restart();
+  return outside.poll() != 0;
+}
+
 bool World::run(const std::function<bool()>& done) {
   for (;;) {
-    for (bool ran = true; ran;) {
-      outside.restart();
-      ran = outside.poll() != 0;
-      for (Process* const process : processes_) ran |= process->poll();
+    std::size_t loop = 0;
+    // Until each has found nothing ready since the last one that did something.
+    for (std::size_t idle = 0; idle <= processes_.size(); loop = (loop + 1) % (processes_.size() + 1)) {
+      idle = poll(loop) ? 1 : idle + 1;
       if (done()) return true;
     }
     if (!clock.next_wake()) return false;

@@ -2,6 +2,7 @@
 
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -51,6 +52,8 @@ class World {
   Random random;
 
  private:
+  bool poll(std::size_t loop);
+
   std::vector<Process*> processes_;
 };
 

@@ -10,8 +10,10 @@
 #include <string_view>
 #include <utility>
 
+#include "tests/trials.hpp"
 #include "tests/world/cell.hpp"
 #include "tests/world/people.hpp"
+#include "tests/world/soak.hpp"
 #include "tests/world/stream_judge.hpp"
 
 namespace truepose::world {
@@ -134,6 +136,25 @@ TEST(ACampaign, OutlivesItsDaemonWithoutLosingAReportedPoint) {
     EXPECT_EQ(stored, reported);
   }
 }
+
+// ---- Everything at once ----
+
+class ASoak : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(ASoak, KeepsEveryPromise) {
+  SoakOptions options;
+  options.seed = GetParam();
+  options.days = all_trials() ? 30 : 0.25;
+  options.production_h_per_day = all_trials() ? 2 : 0.5;
+  const SoakReport report = soak(options);
+  for (const BrokenPromise& broken : report.broken)
+    ADD_FAILURE() << time_text(broken.at) << ": " << broken.promise << "\nagain: soak --seed " << options.seed
+                  << " --days " << options.days << " --production " << options.production_h_per_day
+                  << " --trace all";
+  EXPECT_GT(report.points, 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Every, ASoak, testing::Range<std::uint64_t>(1, 11));
 
 }  // namespace
 }  // namespace truepose::world

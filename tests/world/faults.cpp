@@ -1,0 +1,162 @@
+#include "tests/world/faults.hpp"
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+
+namespace truepose::world {
+
+namespace asio = boost::asio;
+using namespace std::chrono_literals;
+using Kind = config::ScenarioFault::Kind;
+using Wait = asio::awaitable<void>;
+using std::chrono::milliseconds;
+
+namespace {
+
+/// Between two times, the shorter ones more often.
+milliseconds lasting(Random& random, milliseconds shortest, milliseconds longest) {
+  const double ratio = static_cast<double>(longest.count()) / static_cast<double>(shortest.count());
+  return milliseconds{
+      static_cast<std::int64_t>(static_cast<double>(shortest.count()) * std::pow(ratio, random.uniform()))};
+}
+
+// ---- The PC ----
+
+Wait kill_daemon(Cell& cell, Random&) {
+  cell.pc.kill();
+  co_return;
+}
+
+Wait stop_daemon(Cell& cell, Random&) {
+  cell.pc.stop();
+  co_return;
+}
+
+Wait lose_power(Cell& cell, Random& random) {
+  cell.pc.lose_power();
+  cell.pc.has_power = false;
+  co_await cell.world.pass(lasting(random, 30s, 10min));
+  cell.pc.has_power = true;
+}
+
+Wait spoil_disk(Cell& cell, test::FailingDisk::Fault fault, milliseconds time) {
+  cell.disk.fail_after(0, fault);
+  co_await cell.world.pass(time);
+  cell.disk.repair();
+}
+
+Wait fill_disk(Cell& cell, Random& random) {
+  return spoil_disk(cell, test::FailingDisk::Fault::Full, lasting(random, 10s, 20min));
+}
+
+Wait break_disk(Cell& cell, Random& random) {
+  return spoil_disk(cell, test::FailingDisk::Fault::Broken, lasting(random, 1s, 2min));
+}
+
+Wait set_clock(Cell& cell, Random& random) {
+  cell.pc.wall_clock_error += std::chrono::seconds{static_cast<std::int64_t>(random.uniform(-3600, 3600))};
+  co_return;
+}
+
+// ---- The network ----
+
+constexpr std::uint16_t kEki = 54600, kEkiState = 54601, kTracker = 7000, kControl = 7210;
+
+Wait reset_connections(Cell& cell, Random& random) {
+  const bool of_tracker = random.uniform() < 0.5;
+  cell.world.network.reset(of_tracker ? drivers::MemoryNetwork::Ports{kTracker}
+                                      : drivers::MemoryNetwork::Ports{kEki, kEkiState});
+  co_return;
+}
+
+Wait silence(Cell& cell, Random& random, const drivers::MemoryNetwork::Ports ports) {
+  cell.world.network.silence(ports, true);
+  co_await cell.world.pass(lasting(random, 1s, 4min));
+  cell.world.network.silence(ports, false);
+}
+
+Wait silence_controller(Cell& cell, Random& random) { return silence(cell, random, {kEki, kEkiState}); }
+Wait silence_tracker(Cell& cell, Random& random) { return silence(cell, random, {kTracker}); }
+
+Wait cut_clients(Cell& cell, Random&) {
+  cell.world.network.reset({kControl});
+  co_return;
+}
+
+Wait cut_rsi(Cell& cell, Random& random) {
+  cell.world.rsi.cut = true;
+  co_await cell.world.pass(lasting(random, 8ms, 5s));
+  cell.world.rsi.cut = false;
+}
+
+Wait slow_rsi(Cell& cell, Random& random) {
+  const auto before = cell.world.rsi.way;
+  cell.world.rsi.way = lasting(random, 1ms, 30ms);
+  co_await cell.world.pass(lasting(random, 100ms, 30s));
+  cell.world.rsi.way = before;
+}
+
+// ---- Controller, tracker and the people at them ----
+
+/// A fault of the simulator's, for some time.
+Wait misbehave(Cell& cell, config::ScenarioFault fault, milliseconds time) {
+  fault.lasts = time.count();
+  cell.devices.begin(fault);
+  co_await cell.world.pass(time);
+}
+
+template <Kind kKind, std::int64_t kShortest_ms, std::int64_t kLongest_ms>
+Wait of_kind(Cell& cell, Random& random) {
+  config::ScenarioFault fault;
+  fault.kind = kKind;
+  fault.ipoc_by = static_cast<std::int64_t>(random.uniform(-1000, 1000));
+  fault.percent = static_cast<int>(random.uniform(1, 100));
+  fault.mode = config::ScenarioFault::Mode::T1;
+  return misbehave(cell, fault, lasting(random, milliseconds{kShortest_ms}, milliseconds{kLongest_ms}));
+}
+
+constexpr std::array kFaults{
+    FaultKind{"daemon-killed", 2, &kill_daemon},
+    FaultKind{"daemon-stopped", 1, &stop_daemon},
+    FaultKind{"power-lost", 1, &lose_power},
+    FaultKind{"disk-full", 0.5, &fill_disk},
+    FaultKind{"disk-broken", 0.5, &break_disk},
+    FaultKind{"clock-set", 0.5, &set_clock},
+    FaultKind{"connections-reset", 2, &reset_connections},
+    FaultKind{"controller-silent", 2, &silence_controller},
+    FaultKind{"tracker-link-silent", 2, &silence_tracker},
+    FaultKind{"clients-cut", 2, &cut_clients},
+    FaultKind{"rsi-cut", 6, &cut_rsi},
+    FaultKind{"rsi-slow", 4, &slow_rsi},
+    FaultKind{"beam-broken", 12, &of_kind<Kind::BeamBreak, 500, 60'000>},
+    FaultKind{"tracker-restarted", 1, &of_kind<Kind::TrackerRestart, 1, 2>},
+    FaultKind{"tracker-busy", 2, &of_kind<Kind::TrackerBusy, 1'000, 60'000>},
+    FaultKind{"tracker-silent", 2, &of_kind<Kind::TrackerSilent, 1'000, 300'000>},
+    FaultKind{"tracker-storm", 1, &of_kind<Kind::TrackerStorm, 1'000, 10'000>},
+    FaultKind{"eki-dropped", 2, &of_kind<Kind::EkiDrop, 100, 60'000>},
+    FaultKind{"program-stopped", 3, &of_kind<Kind::ProgramStop, 1'000, 120'000>},
+    FaultKind{"program-reset", 1, &of_kind<Kind::ProgramReset, 1, 2>},
+    FaultKind{"emergency-stop", 2, &of_kind<Kind::EmergencyStop, 1'000, 300'000>},
+    FaultKind{"gate-opened", 2, &of_kind<Kind::GateOpen, 1'000, 300'000>},
+    FaultKind{"key-turned", 1, &of_kind<Kind::OperatingMode, 1'000, 120'000>},
+    FaultKind{"override-set", 2, &of_kind<Kind::Override, 1'000, 120'000>},
+    FaultKind{"controller-restarted", 0.5, &of_kind<Kind::ControllerRestart, 30'000, 180'000>},
+    FaultKind{"rsi-dropped", 4, &of_kind<Kind::RsiDrop, 8, 2'000>},
+    FaultKind{"rsi-datagrams-lost", 4, &of_kind<Kind::RsiLoseDatagrams, 8, 2'000>},
+    FaultKind{"rsi-replies-lost", 4, &of_kind<Kind::RsiLoseReplies, 8, 2'000>},
+    FaultKind{"rsi-duplicated", 2, &of_kind<Kind::RsiDuplicate, 8, 10'000>},
+    FaultKind{"rsi-late", 2, &of_kind<Kind::RsiLate, 8, 10'000>},
+    FaultKind{"rsi-corrupted", 2, &of_kind<Kind::RsiCorrupt, 8, 10'000>},
+    FaultKind{"rsi-reordered", 2, &of_kind<Kind::RsiReorder, 8, 10'000>},
+    FaultKind{"rsi-silent", 2, &of_kind<Kind::RsiSilence, 8, 2'000>},
+    FaultKind{"rsi-restarted", 1, &of_kind<Kind::RsiRestart, 40, 2'000>},
+    FaultKind{"rsi-second-sender", 1, &of_kind<Kind::RsiSecondSender, 1'000, 30'000>},
+};
+
+}  // namespace
+
+std::span<const FaultKind> fault_kinds() { return kFaults; }
+
+}  // namespace truepose::world

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <boost/json/array.hpp>
+
+#include "config/scenario.hpp"
+
+namespace truepose::world {
+
+/// How far a model's reflector is from the true arm's, mm, mean over a hundred poses.
+///
+/// Computed by itself, from the parameters that the daemon reports.
+/// @param parameters  of model.get
+double mean_error_mm(const boost::json::array& parameters, const config::Scenario& truth);
+
+}  // namespace truepose::world
