@@ -39,6 +39,10 @@ inline constexpr PlantedBug kPlantedBugs[]{
     {"settings of another program are not checked", "drivers_test"},
     {"the status of a bridge is ignored", "drivers_test"},
     {"an interrupted request of a bridge is not stopped", "drivers_test"},
+
+    {"a commit is not synced", "world_test"},
+    {"every hundredth event is dropped", "world_test"},
+    {"an armed stream is forgotten at a restart", "world_test"},
 };
 
 /// A name of the table. Any other does not compile.

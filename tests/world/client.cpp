@@ -3,6 +3,7 @@
 #include <array>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
+#include <limits>
 #include <utility>
 
 #include "drivers/net/spawn.hpp"
@@ -28,6 +29,7 @@ struct Client::Session {
   std::map<std::int64_t, std::shared_ptr<Request>> open;
   std::int64_t last_id = 0;
   std::string line;
+  std::uint64_t all_from = std::numeric_limits<std::uint64_t>::max();  // events, from then on
   bool over = false;
 
   void end() {
@@ -66,7 +68,10 @@ asio::awaitable<bool> Client::connect() {
   if (!opened.is_object() || !opened.as_object().contains("result")) co_return false;
   json::object from{{"after", seq_}};
   const json::value subscribed = co_await ask("events.subscribe", std::move(from));
-  co_return subscribed.is_object() && subscribed.as_object().contains("result");
+  if (!subscribed.is_object() || !subscribed.as_object().contains("result")) co_return false;
+  const json::object& subscription = subscribed.as_object().at("result").as_object();
+  session->all_from = subscription.at("next").to_number<std::uint64_t>();
+  co_return true;
 }
 
 asio::awaitable<json::value> Client::ask(std::string method, json::object params) {
@@ -111,7 +116,9 @@ void Client::take(Session& session, const std::string& line) {
   if (message.at("method") != "event") return;
   const json::object& event = message.at("params").as_object();
   const std::uint64_t seq = event.at("seq").to_number<std::uint64_t>();
-  if (seq <= seq_)
+  // Of missed ones not all are kept.
+  const bool follows = seq > session.all_from ? seq == seq_ + 1 : seq > seq_;
+  if (!follows)
     complaints.push_back(name_ + ": event " + std::to_string(seq) + " comes after " + std::to_string(seq_));
   seq_ = seq;
   on_event(event);

@@ -19,7 +19,7 @@ namespace truepose::world {
 /// A client of the control port: an HMI, a script, or a person at the command line.
 ///
 /// It speaks the protocol by itself, and checks of each session what every client relies on: an answer for
-/// each request, and events whose numbers rise.
+/// each request, and all events in order.
 class Client {
  public:
   Client(World& world, std::string name, std::string token);

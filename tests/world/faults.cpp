@@ -117,6 +117,42 @@ Wait of_kind(Cell& cell, Random& random) {
   return misbehave(cell, fault, lasting(random, milliseconds{kShortest_ms}, milliseconds{kLongest_ms}));
 }
 
+/// A vector of at most this length.
+Eigen::Vector3d shift(Random& random, double longest_mm) {
+  return {random.uniform(-longest_mm, longest_mm), random.uniform(-longest_mm, longest_mm),
+          random.uniform(-longest_mm, longest_mm)};
+}
+
+/// For good.
+Wait bump_tracker(Cell& cell, Random& random) {
+  config::ScenarioFault fault;
+  fault.kind = Kind::TrackerBump;
+  fault.by_mm = shift(random, 3);
+  cell.devices.begin(fault);
+  co_return;
+}
+
+Wait bias_tracker(Cell& cell, Random& random) {
+  config::ScenarioFault fault;
+  fault.kind = Kind::TrackerBias;
+  fault.by_mm = shift(random, 1);
+  return misbehave(cell, fault, lasting(random, 1s, 10min));
+}
+
+Wait scatter_tracker(Cell& cell, Random& random) {
+  config::ScenarioFault fault;
+  fault.kind = Kind::TrackerNoise;
+  fault.sigma_mm = random.uniform(0.02, 0.5);
+  return misbehave(cell, fault, lasting(random, 1s, 10min));
+}
+
+Wait show_another_reflector(Cell& cell, Random& random) {
+  config::ScenarioFault fault;
+  fault.kind = Kind::TrackerStray;
+  fault.by_mm = shift(random, 200);
+  return misbehave(cell, fault, lasting(random, 1s, 10min));
+}
+
 constexpr std::array kFaults{
     FaultKind{"daemon-killed", 2, &kill_daemon},
     FaultKind{"daemon-stopped", 1, &stop_daemon},
@@ -135,6 +171,10 @@ constexpr std::array kFaults{
     FaultKind{"tracker-busy", 2, &of_kind<Kind::TrackerBusy, 1'000, 60'000>},
     FaultKind{"tracker-silent", 2, &of_kind<Kind::TrackerSilent, 1'000, 300'000>},
     FaultKind{"tracker-storm", 1, &of_kind<Kind::TrackerStorm, 1'000, 10'000>},
+    FaultKind{"tracker-bumped", 2, &bump_tracker},
+    FaultKind{"tracker-biased", 6, &bias_tracker},
+    FaultKind{"tracker-scattering", 6, &scatter_tracker},
+    FaultKind{"other-reflector", 6, &show_another_reflector},
     FaultKind{"eki-dropped", 2, &of_kind<Kind::EkiDrop, 100, 60'000>},
     FaultKind{"program-stopped", 3, &of_kind<Kind::ProgramStop, 1'000, 120'000>},
     FaultKind{"program-reset", 1, &of_kind<Kind::ProgramReset, 1, 2>},

@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::uint32_t kController = 0x7f000001;  // 127.0.0.1
 constexpr std::chrono::milliseconds kLook{30};     // as RsiResponder says
+// A controller that was silent for longer than any limit of the stream is looked for less often.
+constexpr std::chrono::seconds kSilence{5}, kRareLook{1};
 
 }  // namespace
 
@@ -58,7 +60,8 @@ class RsiCable::Link final : public drivers::RsiLink {
  private:
   asio::awaitable<void> look() {
     for (;;) {
-      const drivers::TimePoint next = cable_.clock_.now() + kLook;
+      const bool long_silent = cable_.clock_.now() - heard_ > kSilence;
+      const drivers::TimePoint next = cable_.clock_.now() + (long_silent ? kRareLook : kLook);
       co_await cable_.clock_.sleep_until(next);
       ++looks_;
       if (cable_.clock_.now() - heard_ >= kLook) responder_.on_no_datagram(cable_.clock_.now());

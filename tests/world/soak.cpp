@@ -106,6 +106,7 @@ class Soak {
     while (!over_) {
       co_await cell_.world.pass(2s);
       if (over_ || cell_.pc.runs() || !cell_.pc.has_power) continue;
+      armed_before_ = state_ == "armed" && !order_lost_;
       try {
         cell_.pc.start();
         ++report_.restarts;
@@ -140,6 +141,7 @@ class Soak {
   asio::awaitable<json::value> order(std::string method, json::object params = {}) {
     trace("order", method + " " + json::serialize(params));
     const json::value answer = co_await cell_.panel.ask(method, std::move(params));
+    order_lost_ = answer.is_null();
     if (answer.is_object() && answer.as_object().contains("error")) {
       const json::object& error = answer.as_object().at("error").as_object();
       trace("refused", text_at(error, "message"));
@@ -156,7 +158,11 @@ class Soak {
     }
     const json::value answer = co_await cell_.panel.ask("cell.status");
     if (!is_result(answer)) co_return json::object{};
-    co_return answer.as_object().at("result").as_object();
+    json::object seen = answer.as_object().at("result").as_object();
+    const std::string state = text_at(seen, "state");
+    if (std::exchange(armed_before_, false) && state != "armed" && seen.at("faults").as_array().empty())
+      broken("the stream was armed before the daemon ended, and is " + state);
+    co_return seen;
   }
 
   Wait live() {
@@ -176,9 +182,7 @@ class Soak {
         co_await order("model.deactivate");
       } else if (which < 0.82) {
         co_await activate_a_model();
-      } else if (which < 0.86) {
-        co_await order("store.backup");
-      } else if (which < 0.90) {
+      } else if (which < 0.88) {
         co_await order("cell.disconnect");
       } else if (which < 0.94) {
         co_await order("recording.save");
@@ -197,6 +201,7 @@ class Soak {
   Wait campaign(std::string method) {
     json::object params;
     if (method == "campaign.start") params = {{"identify_poses", 12}, {"validate_poses", 6}};
+    if (method == "drift.check" && random_.uniform() < 0.5) params = {{"update", true}, {"activate", true}};
     const json::value begun = co_await order(method, std::move(params));
     if (!is_result(begun)) co_return;
     ++report_.campaigns;
@@ -315,6 +320,11 @@ class Soak {
       reported_[text_at(data, "campaign_id")].insert(json::serialize(data.at("p_mm")));
       ++report_.points;
     }
+    if (topic == "cell") state_ = text_at(data, "state");
+    if (topic == "model" && text_at(data, "change") == "made") {
+      const json::object& model = data.at("model").as_object();
+      if (model.at("active").as_bool()) trusted_.insert(text_at(model, "id"));
+    }
   }
 
   Wait look_at_models() {
@@ -329,14 +339,14 @@ class Soak {
     if (active == 1) co_await compare_with_truth();
   }
 
-  /// The active model is about as good as it was found to be.
+  /// An active model that its campaign activated is about as good as it was found to be.
   Wait compare_with_truth() {
     const json::value answer = co_await cell_.panel.ask("model.get");
     if (!is_result(answer)) co_return;
     const json::object& found = answer.as_object().at("result").as_object();
     const json::object& model = found.at("model").as_object();
     const double error_mm = mean_error_mm(found.at("parameters").as_array(), cell_.scenario);
-    if (!models_seen_.insert(text_at(model, "id")).second) co_return;
+    if (trusted_.erase(text_at(model, "id")) == 0) co_return;
     trace("truth", text_at(model, "id") + ": " + std::to_string(error_mm) + " mm");
     report_.largest_model_error_mm = std::max(report_.largest_model_error_mm, error_mm);
     if (error_mm > kBadModel_mm)
@@ -373,7 +383,7 @@ class Soak {
   }
 
   static constexpr std::size_t kEvents = 30;
-  static constexpr std::chrono::hours kCalmEnd{2};          // without new trouble
+  static constexpr std::chrono::hours kCalmEnd{1};          // without new trouble
   static constexpr std::chrono::minutes kAfterTrouble{10};  // in which its effects may last
   static constexpr std::chrono::minutes kStuck{60};
   static constexpr double kBadModel_mm = 0.5;  // of 12 poses, over a wide range
@@ -387,7 +397,10 @@ class Soak {
   std::deque<std::string> events_;  // the last
   int under_way_ = 0;               // faults
   bool over_ = false;
-  std::set<std::string> models_seen_;
+  std::string state_;                                      // of the cell, by its last event
+  bool order_lost_ = false;                                // the last order has no answer
+  bool armed_before_ = false;                              // as a restarted daemon has to be
+  std::set<std::string> trusted_;                          // models that their campaigns activated
   std::map<std::string, std::set<std::string>> reported_;  // points, by their campaigns
 };
 

@@ -1,5 +1,6 @@
 #include "tests/world/truth_judge.hpp"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -95,14 +96,17 @@ double mean_error_mm(const boost::json::array& parameters, const config::Scenari
   constexpr int kPoses = 100;
   const Arm real = true_arm(truth), model = arm_of(parameters, truth);
   Random random{1};
-  double sum = 0;
+  Eigen::Matrix3Xd there(3, kPoses), found(3, kPoses);
   for (int pose = 0; pose < kPoses; ++pose) {
     std::array<double, 6> q{};
     for (std::size_t i = 0; i < q.size(); ++i) q[i] = random.uniform(kRanges_rad[i][0], kRanges_rad[i][1]);
     const Vector a = real.point(q), b = model.point(q);
-    sum += std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+    there.col(pose) << a[0], a[1], a[2];
+    found.col(pose) << b[0], b[1], b[2];
   }
-  return sum / kPoses;
+  // Where the tracker stands is not the arm's.
+  const Eigen::Isometry3d to_there{Eigen::umeyama(found, there, false)};
+  return (to_there * found - there).colwise().norm().mean();
 }
 
 }  // namespace truepose::world

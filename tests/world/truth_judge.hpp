@@ -6,7 +6,8 @@
 
 namespace truepose::world {
 
-/// How far a model's reflector is from the true arm's, mm, mean over a hundred poses.
+/// How far a model's reflector is from the true arm's, mm, mean over a hundred poses, wherever the tracker
+/// stands.
 ///
 /// Computed by itself, from the parameters that the daemon reports.
 /// @param parameters  of model.get

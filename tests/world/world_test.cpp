@@ -144,7 +144,7 @@ class ASoak : public testing::TestWithParam<std::uint64_t> {};
 TEST_P(ASoak, KeepsEveryPromise) {
   SoakOptions options;
   options.seed = GetParam();
-  options.days = all_trials() ? 30 : 0.25;
+  options.days = all_trials() ? 30 : 0.125;
   options.production_h_per_day = all_trials() ? 2 : 0.5;
   const SoakReport report = soak(options);
   for (const BrokenPromise& broken : report.broken)
