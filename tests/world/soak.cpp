@@ -166,6 +166,8 @@ class Soak {
   }
 
   Wait live() {
+    co_await bring_to_order();
+    co_await campaign("campaign.start");
     while (now() < end_) {
       co_await pause(5min, 40min);
       co_await bring_to_order();
