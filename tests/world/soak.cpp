@@ -56,7 +56,10 @@ class Soak {
         cell_{options.seed},
         random_{seed_of(options.seed, "people")},
         stream_{cell_.max_step_deg} {
-    cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) { stream_.see(cycle); };
+    cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
+      stream_.see(cycle);
+      take_broken(stream_.broken);
+    };
     cell_.panel.on_event = [this](const json::object& event) { take(event); };
   }
 
@@ -314,7 +317,12 @@ class Soak {
 
   // ---- Promises ----
 
+  void take_broken(std::vector<std::string>& promises) {
+    for (const std::string& promise : std::exchange(promises, {})) broken(promise);
+  }
+
   void take(const json::object& event) {
+    take_broken(cell_.panel.complaints);
     const std::string topic = text_at(event, "topic");
     const json::object& data = event.at("data").as_object();
     if (topic != "stream") trace(topic, json::serialize(data));
@@ -375,8 +383,7 @@ class Soak {
   }
 
   SoakReport finish() {
-    for (const std::string& promise : stream_.broken) broken(promise);
-    for (const std::string& promise : cell_.panel.complaints) broken(promise);
+    take_broken(cell_.panel.complaints);
     report_.hash = cell_.world.history.hash();
     report_.cycles = stream_.cycles;
     report_.sessions = stream_.sessions;
