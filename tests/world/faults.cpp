@@ -132,10 +132,11 @@ Wait bump_tracker(Cell& cell, Random& random) {
   co_return;
 }
 
-Wait bias_tracker(Cell& cell, Random& random) {
+template <Kind kKind, int kBy_mm>
+Wait shift_points(Cell& cell, Random& random) {
   config::ScenarioFault fault;
-  fault.kind = Kind::TrackerBias;
-  fault.by_mm = shift(random, 1);
+  fault.kind = kKind;
+  fault.by_mm = shift(random, kBy_mm);
   return misbehave(cell, fault, lasting(random, 1s, 10min));
 }
 
@@ -143,13 +144,6 @@ Wait scatter_tracker(Cell& cell, Random& random) {
   config::ScenarioFault fault;
   fault.kind = Kind::TrackerNoise;
   fault.sigma_mm = random.uniform(0.02, 0.5);
-  return misbehave(cell, fault, lasting(random, 1s, 10min));
-}
-
-Wait show_another_reflector(Cell& cell, Random& random) {
-  config::ScenarioFault fault;
-  fault.kind = Kind::TrackerStray;
-  fault.by_mm = shift(random, 200);
   return misbehave(cell, fault, lasting(random, 1s, 10min));
 }
 
@@ -172,9 +166,9 @@ constexpr std::array kFaults{
     FaultKind{"tracker-silent", 2, &of_kind<Kind::TrackerSilent, 1'000, 300'000>},
     FaultKind{"tracker-storm", 1, &of_kind<Kind::TrackerStorm, 1'000, 10'000>},
     FaultKind{"tracker-bumped", 2, &bump_tracker},
-    FaultKind{"tracker-biased", 6, &bias_tracker},
+    FaultKind{"tracker-biased", 6, &shift_points<Kind::TrackerBias, 1>},
     FaultKind{"tracker-scattering", 6, &scatter_tracker},
-    FaultKind{"other-reflector", 6, &show_another_reflector},
+    FaultKind{"other-reflector", 6, &shift_points<Kind::TrackerStray, 200>},
     FaultKind{"eki-dropped", 2, &of_kind<Kind::EkiDrop, 100, 60'000>},
     FaultKind{"program-stopped", 3, &of_kind<Kind::ProgramStop, 1'000, 120'000>},
     FaultKind{"program-reset", 1, &of_kind<Kind::ProgramReset, 1, 2>},

@@ -262,7 +262,7 @@ class Soak {
     co_await order("model.activate", std::move(params));
   }
 
-  /// Does what the status asks for, until the cell waits for nobody.
+  /// Does what the status asks for, until the cell is in order.
   Wait bring_to_order() {
     drivers::TimePoint stuck_since = now();
     for (;;) {

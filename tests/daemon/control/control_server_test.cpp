@@ -215,7 +215,7 @@ TEST_F(ControlServerTest, OpensASessionForAClientThatProvesThatItKnowsTheToken) 
   EXPECT_EQ(hello(right, token, here), 0);
   EXPECT_EQ(right.code("cell.status"), 0);
   EXPECT_EQ(hello(wrong, "another token of some length", here), -32001);
-  EXPECT_EQ(hello(relayed, token, "127.0.0.1 1"), -32001);  // made for whoever sits at another port
+  EXPECT_EQ(hello(relayed, token, "127.0.0.1 1"), -32001);  // made for a program at another port
   const control::SessionTerms without{
       {}, control::new_nonce(kernel_random), {}};  // what a server that was not asked has
   EXPECT_EQ(
