@@ -1,6 +1,6 @@
 /** The OPC UA server itself: who may connect, and how. What it shows is made elsewhere. */
 import { X509Certificate } from "node:crypto";
-import { readFile, readdir } from "node:fs/promises";
+import { readFile, readdir, stat } from "node:fs/promises";
 import os from "node:os";
 import path from "node:path";
 import {
@@ -63,26 +63,55 @@ async function holds(folder, certificate) {
   return false;
 }
 
+/** @returns what changes when a file is put into one of the folders, replaced there or taken out */
+async function stateOf(folders) {
+  const files = await Promise.all(
+    folders.map(async (folder) => (await readdir(folder)).sort().map((name) => path.join(folder, name))),
+  );
+  const describe = async (file) => {
+    const { mtimeMs, size } = await stat(file).catch(() => ({}));
+    return [file, mtimeMs, size];
+  };
+  return JSON.stringify(await Promise.all(files.flat().map(describe)));
+}
+
 /**
- * What an operator has moved among the trusted certificates stays there: a client that went on trying meanwhile would
- * have it moved back, or written among the rejected ones again.
+ * The files decide, not what the library remembers of them: its watchers miss a file that is moved while they start,
+ * and a client that went on trying meanwhile would have its certificate moved back among the rejected ones.
  */
 class CertificateStore extends OPCUACertificateManager {
+  #turn = Promise.resolve();
+  #known;
+
+  /** One at a time: while the files are read, the library knows no certificate. */
+  async verifyCertificateAsync(certificate, options) {
+    const turn = this.#turn.then(async () => {
+      await this.#readChanges();
+      return super.verifyCertificateAsync(certificate, options);
+    });
+    this.#turn = turn.catch(() => {});
+    return turn;
+  }
+
   async rejectCertificate(certificateOrChain) {
     const [certificate] = [certificateOrChain].flat();
     if (!(await holds(this.trustedFolder, certificate))) await super.rejectCertificate(certificateOrChain);
   }
+
+  async #readChanges() {
+    const found = await stateOf([this.trustedFolder, this.crlFolder, this.issuersCertFolder, this.issuersCrlFolder]);
+    if (found === this.#known) return;
+    await this.reloadCertificates();
+    this.#known = found;
+  }
 }
 
-/**
- * @param log  of one sentence
- * @returns    the certificates that are trusted and those that were rejected, as they lie in the folder
- */
-export async function storeOf(folder, log) {
-  const store = new CertificateStore({ rootFolder: folder, automaticallyAcceptUnknownCertificate: false });
-  // Moved there before it was seen among the rejected ones, it would be taken for one of them for ever.
-  store.on("certificateAdded", (added) => {
-    if (added.store === "trusted") store.reloadCertificates().catch((error) => log(`${folder}: ${error.message}`));
+/** @returns the certificates that are trusted and those that were rejected, as they lie in the folder */
+export async function storeOf(folder) {
+  const store = new CertificateStore({
+    rootFolder: folder,
+    automaticallyAcceptUnknownCertificate: false,
+    disableFileWatchers: true,
   });
   await store.initialize();
   return store;
@@ -111,9 +140,9 @@ export async function makeServer(options, users, log) {
     securityPolicies: policiesOf(options.policies),
     securityModes: [MessageSecurityMode.SignAndEncrypt],
     allowAnonymous: options.anonymous,
-    serverCertificateManager: await storeOf(options.pki, log),
+    serverCertificateManager: await storeOf(options.pki),
     // Nobody is known by a certificate of a user: the key that the daemon wants to see is not here.
-    userCertificateManager: await storeOf(path.join(options.pki, "users"), log),
+    userCertificateManager: await storeOf(path.join(options.pki, "users")),
     userManager: new Users(users, log),
     isAuditing: true,
     maxConnectionsPerEndpoint: MOST_CONNECTIONS,
