@@ -12,11 +12,9 @@ namespace asio = boost::asio;
 
 asio::awaitable<void> VirtualClock::sleep_until(TimePoint when) {
   const auto executor = co_await asio::this_coro::executor;
-  // The timer never expires by itself: it is the waiting room, which wake_first() opens.
-  asio::steady_timer timer{executor, asio::steady_timer::time_point::max()};
-  bool woken = false;
+  WakeUp wake_up{executor, 1};
   const Key key{std::max(when, now_), count_++};
-  sleepers_.emplace(key, Sleeper{&timer, &woken});
+  sleepers_.emplace(key, &wake_up);
   // Also when the coroutine is destroyed in its sleep.
   struct Leave {
     VirtualClock& clock;
@@ -24,10 +22,10 @@ asio::awaitable<void> VirtualClock::sleep_until(TimePoint when) {
     ~Leave() { clock.sleepers_.erase(key); }
   } leave{*this, key};
 
-  boost::system::error_code cancelled;  // always: woken or not says by whom
-  auto token = asio::redirect_error(asio::use_awaitable, cancelled);
-  co_await timer.async_wait(token);
-  if (!woken) throw boost::system::system_error{asio::error::operation_aborted};
+  boost::system::error_code failed;
+  auto token = asio::redirect_error(asio::use_awaitable, failed);
+  co_await wake_up.async_receive(token);
+  if (failed) throw boost::system::system_error{asio::error::operation_aborted};
 }
 
 bool VirtualClock::run(asio::io_context& io, const std::function<bool()>& done) {
@@ -49,10 +47,9 @@ std::optional<TimePoint> VirtualClock::next_wake() const {
 void VirtualClock::wake_first() {
   const auto first = sleepers_.begin();
   now_ = std::max(now_, first->first.first);
-  const Sleeper sleeper = first->second;
+  WakeUp* const sleeper = first->second;
   sleepers_.erase(first);
-  *sleeper.woken = true;
-  sleeper.timer->cancel();
+  sleeper->try_send(boost::system::error_code{});
 }
 
 }  // namespace truepose::drivers

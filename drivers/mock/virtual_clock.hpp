@@ -1,8 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <boost/asio/experimental/channel.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/steady_timer.hpp>
+#include <boost/system/error_code.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -39,16 +40,13 @@ class VirtualClock final : public Clock {
   void pass_to(TimePoint when) { now_ = std::max(now_, when); }
 
  private:
-  struct Sleeper {
-    boost::asio::steady_timer* timer;
-    bool* woken;
-  };
+  using WakeUp = boost::asio::experimental::channel<void(boost::system::error_code)>;
   /// Those who sleep until the same moment wake in the order in which they went to sleep.
   using Key = std::pair<TimePoint, std::uint64_t>;
 
   TimePoint now_;
   std::uint64_t count_ = 0;
-  std::map<Key, Sleeper> sleepers_;
+  std::map<Key, WakeUp*> sleepers_;
 };
 
 }  // namespace truepose::drivers

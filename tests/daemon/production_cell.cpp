@@ -298,13 +298,13 @@ Eigen::Isometry3d ProductionCell::frame_of(const char* variable) {
   return pose_from_kuka({at(0), at(1), at(2)}, {at(3), at(4), at(5)});
 }
 
-Value ProductionCell::read(std::string_view name, std::optional<int> index) {
-  if (name == "$AXIS_ACT_MEAS") {
+Value ProductionCell::read(const krl::Variable& variable, std::optional<int> index) {
+  if (variable.name == "$AXIS_ACT_MEAS") {
     Parts axes(12, Value{0.0});
     for (std::size_t i = 0; i < 6; ++i) axes[i] = actual_[static_cast<Eigen::Index>(i)] * kDegPerRad;
     return axes;
   }
-  const auto found = variables_.find(key(name, index));
+  const auto found = variables_.find(key(variable.name, index));
   return found == variables_.end() ? Value{} : found->second;
 }
 

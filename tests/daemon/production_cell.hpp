@@ -68,7 +68,7 @@ class ProductionCell final : private sim::krl::Host {
   Production shift(int programs);
 
  private:
-  sim::krl::Value read(std::string_view name, std::optional<int> index) override;
+  sim::krl::Value read(const sim::krl::Variable& variable, std::optional<int> index) override;
   std::expected<void, std::string> write(std::string_view name, std::optional<int> index,
                                          const sim::krl::Value& value) override;
   std::expected<sim::krl::CallResult, std::string> call(sim::krl::ExternalCall& call) override;

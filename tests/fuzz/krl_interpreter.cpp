@@ -19,8 +19,8 @@ namespace krl = sim::krl;
 /// A controller that knows little and does all at once.
 class Anywhere final : public krl::Host {
  public:
-  krl::Value read(std::string_view name, std::optional<int> index) override {
-    const auto written = variables_.find(key(name, index));
+  krl::Value read(const krl::Variable& variable, std::optional<int> index) override {
+    const auto written = variables_.find(key(variable.name, index));
     return written == variables_.end() ? krl::Value{} : written->second;
   }
   std::expected<void, std::string> write(std::string_view name, std::optional<int> index,

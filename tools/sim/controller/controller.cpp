@@ -160,8 +160,8 @@ void Controller::report_news() {
 }
 
 int Controller::sen_pint(int index) const {
-  const auto value = variables_.find("$SEN_PINT[" + std::to_string(index) + "]");
-  return value == variables_.end() ? 0 : std::get<std::int32_t>(value->second);
+  const krl::Value* const value = variables_.find("$SEN_PINT", index);
+  return value == nullptr ? 0 : std::get<std::int32_t>(*value);
 }
 
 void Controller::stand(Seconds cycle) {
@@ -230,7 +230,7 @@ std::vector<std::string> Controller::take_messages() {
   return std::exchange(messages_, {});
 }
 
-void Controller::raise(int flag, bool to) { variables_["$FLAG[" + std::to_string(flag) + "]"] = to; }
+void Controller::raise(int flag, bool to) { variables_.at("$FLAG", flag) = to; }
 
 void Controller::drop(EkiChannel& channel) {
   const auto its = std::ranges::find_if(channels_, [&](const auto& one) { return &one.second == &channel; });
@@ -443,19 +443,19 @@ FlowSources Controller::sources() const {
     const std::lock_guard reading{mutex_};
     return sen_pint(index);
   };
-  const auto bit = [this](const std::string& variable) {
+  const auto bit = [this](std::string_view variable) {
     return [this, variable](int index) {
       const std::lock_guard reading{mutex_};
-      const auto value = variables_.find(variable + "[" + std::to_string(index) + "]");
-      return value != variables_.end() && value->second == krl::Value{true};
+      const krl::Value* const value = variables_.find(variable, index);
+      return value != nullptr && *value == krl::Value{true};
     };
   };
   rsi::Axes axes_deg;
   std::ranges::transform(actual_, axes_deg.begin(), [](double rad) { return rad * kDegPerRad; });
   const auto read_real = [this](int index) {
     const std::lock_guard reading{mutex_};
-    const auto value = variables_.find("$SEN_PREA[" + std::to_string(index) + "]");
-    const double* const real = value == variables_.end() ? nullptr : std::get_if<double>(&value->second);
+    const krl::Value* const value = variables_.find("$SEN_PREA", index);
+    const double* const real = value == nullptr ? nullptr : std::get_if<double>(value);
     return real == nullptr ? 0 : *real;
   };
   return {.sen_pint = read,
@@ -466,21 +466,17 @@ FlowSources Controller::sources() const {
           .time_s = std::chrono::duration<double>(time_).count(),
           .mode = mode_,
           .program_state = static_cast<int>(reported_state(robot_->state())),
-          .override_percent = std::get<std::int32_t>(variables_.at("$OV_PRO")),
+          .override_percent = std::get<std::int32_t>(*variables_.find("$OV_PRO")),
           .base = frame_in("$BASE").value_or(Eigen::Isometry3d::Identity()),
           .tool = frame_in("$TOOL").value_or(Eigen::Isometry3d::Identity())};
 }
 
 void Controller::take(const FlowEffects& effects) {
   const std::lock_guard lock{mutex_};
-  for (const auto& [index, value] : effects.sen_pint)
-    variables_["$SEN_PINT[" + std::to_string(index) + "]"] = value;
-  for (const auto& [index, value] : effects.sen_prea)
-    variables_["$SEN_PREA[" + std::to_string(index) + "]"] = value;
-  for (const auto& [index, value] : effects.outputs)
-    variables_["$OUT[" + std::to_string(index) + "]"] = value;
-  for (const auto& [index, value] : effects.analog)
-    variables_["$ANOUT[" + std::to_string(index) + "]"] = value;
+  for (const auto& [index, value] : effects.sen_pint) variables_.at("$SEN_PINT", index) = value;
+  for (const auto& [index, value] : effects.sen_prea) variables_.at("$SEN_PREA", index) = value;
+  for (const auto& [index, value] : effects.outputs) variables_.at("$OUT", index) = value;
+  for (const auto& [index, value] : effects.analog) variables_.at("$ANOUT", index) = value;
   if (effects.leaves_movecorr) {
     in_movecorr_ = false;
     stream_path_.reset();

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "proto/eki/messages.hpp"
 #include "tools/sim/controller/eki_channel.hpp"
 #include "tools/sim/controller/rsi_client.hpp"
+#include "tools/sim/controller/system_values.hpp"
 #include "tools/sim/krl/interpreter.hpp"
 #include "tools/sim/krl/load.hpp"
 #include "tools/sim/motion/path_log.hpp"
@@ -157,7 +159,7 @@ class Controller final : public RsiProgram, private krl::Host {
 
  private:
   // krl::Host
-  krl::Value read(std::string_view name, std::optional<int> index) override;
+  krl::Value read(const krl::Variable& variable, std::optional<int> index) override;
   std::expected<void, std::string> write(std::string_view name, std::optional<int> index,
                                          const krl::Value& value) override;
   std::expected<krl::CallResult, std::string> call(krl::ExternalCall& call) override;
@@ -175,11 +177,10 @@ class Controller final : public RsiProgram, private krl::Host {
   // controller_variables.cpp
   /// The state of the controller that programs read; index 0 where the variable is no array.
   using Reader = std::function<krl::Value(const Controller&, int index)>;
-  static const std::map<std::string_view, Reader>& readers();
+  static const std::unordered_map<std::string_view, Reader>& readers();
   krl::Value pose_at(const JointVector& q) const;
   krl::Value date() const;
   static krl::Value no_error();
-  bool begins_false(std::string_view name, std::optional<int> index) const;
   void show_message_of_krc2();
   std::string mode_name() const;
   int timer_ms(int number) const;
@@ -223,7 +224,7 @@ class Controller final : public RsiProgram, private krl::Host {
   std::unique_ptr<krl::Program> program_;
   std::unique_ptr<krl::Memory> memory_;
   std::unique_ptr<krl::Interpreter> robot_, submit_;
-  std::map<std::string, krl::Value, std::less<>> variables_;  // "$OV_PRO", "$FLAG[101]"
+  SystemValues variables_;
   std::map<int, Timer> timers_;
   std::string selected_;
   SimTime time_{0};

@@ -46,14 +46,10 @@ const char* name_of(krl::ProgramState state) {
   return "";
 }
 
-std::string key(std::string_view name, std::optional<int> index) {
-  return std::string{name} + (index ? "[" + std::to_string(*index) + "]" : "");
-}
-
 }  // namespace
 
-const std::map<std::string_view, Controller::Reader>& Controller::readers() {
-  static const std::map<std::string_view, Reader> kReaders{
+const std::unordered_map<std::string_view, Controller::Reader>& Controller::readers() {
+  static const std::unordered_map<std::string_view, Reader> kReaders{
       {"$AXIS_ACT", [](const Controller& c, int) { return axes_deg(c.motion_.position()); }},
       {"$AXIS_ACT_MEAS", [](const Controller& c, int) { return axes_deg(c.actual_); }},
       {"$POS_ACT_MES", [](const Controller& c, int) { return c.pose_at(c.actual_); }},
@@ -95,24 +91,20 @@ const std::map<std::string_view, Controller::Reader>& Controller::readers() {
   return kReaders;
 }
 
-Value Controller::read(std::string_view name, std::optional<int> index) {
+Value Controller::read(const krl::Variable& variable, std::optional<int> index) {
+  const std::string_view name = variable.name;
   if (const auto reader = readers().find(name); reader != readers().end())
     return reader->second(*this, index.value_or(0));
   if (name == "$TIMER") return timer_ms(*index);
   if (name == "$TIMER_FLAG") return timer_ms(*index) > 0;
-  const auto written = variables_.find(key(name, index));
-  if (written != variables_.end()) return written->second;
+  if (const Value* const set = variables_.find(name, index.value_or(SystemValues::kNoArray))) return *set;
   if (name == "$TIMER_STOP") return true;
   const bool is_monitored = name.starts_with("$TORQ") || name.starts_with("$COLLMON");
   const bool is_analog = name == "$ANIN" || name == "$ANOUT";
   if ((is_monitored || is_analog) && index) return 0.0;
-  return begins_false(name, index) ? Value{false} : Value{};
-}
-
-/// Flags, inputs and outputs that nothing has set.
-bool Controller::begins_false(std::string_view name, std::optional<int> index) const {
-  const auto variable = std::ranges::find(program_->systems, name, &krl::Variable::name);
-  return variable->type.kind == krl::Kind::Bool && variable->type.is_array() == index.has_value();
+  // Flags, inputs and outputs that nothing has set.
+  const bool is_bit = variable.type.kind == krl::Kind::Bool && variable.type.is_array() == index.has_value();
+  return is_bit ? Value{false} : Value{};
 }
 
 std::expected<void, std::string> Controller::write(std::string_view name, std::optional<int> index,
@@ -128,7 +120,7 @@ std::expected<void, std::string> Controller::write(std::string_view name, std::o
     if (percent < 0 || percent > 100) return std::unexpected("$OV_PRO is 0 to 100");
     motion_.set_override(percent / 100.0);
   }
-  variables_[key(name, index)] = value;
+  variables_.at(name, index.value_or(SystemValues::kNoArray)) = value;
   if (name == "$MSG_T") show_message_of_krc2();
   return {};
 }
@@ -136,7 +128,7 @@ std::expected<void, std::string> Controller::write(std::string_view name, std::o
 /// The message of KRC2: VALID puts it on the pendant. A dialog is answered by its first key.
 void Controller::show_message_of_krc2() {
   enum Field { Valid, Release, Typ, Modul, Key, ParamTyp, Param, DlgFormat, Answer };
-  Parts& message = std::get<Parts>(variables_["$MSG_T"]);
+  Parts& message = std::get<Parts>(variables_.at("$MSG_T"));
   if (message[Valid] != Value{true}) return;
   message[Valid] = false;
   message[Answer] = 1;
@@ -148,14 +140,14 @@ void Controller::show_message_of_krc2() {
 int Controller::timer_ms(int number) const {
   const auto timer = timers_.find(number);
   const Timer from = timer == timers_.end() ? Timer{} : timer->second;
-  const auto stopped = variables_.find(key("$TIMER_STOP", number));
-  const bool runs = stopped != variables_.end() && stopped->second == Value{false};
+  const Value* const stopped = variables_.find("$TIMER_STOP", number);
+  const bool runs = stopped != nullptr && *stopped == Value{false};
   return from.ms + (runs ? static_cast<int>((time_ - from.since) / std::chrono::milliseconds{1}) : 0);
 }
 
 std::optional<Eigen::Isometry3d> Controller::frame_in(std::string_view variable) const {
-  const auto found = variables_.find(variable);
-  const auto* const parts = found == variables_.end() ? nullptr : std::get_if<Parts>(&found->second);
+  const Value* const found = variables_.find(variable);
+  const auto* const parts = found == nullptr ? nullptr : std::get_if<Parts>(found);
   if (parts == nullptr) return std::nullopt;
   const auto at = [&](std::size_t i) { return krl::number_of((*parts)[i]); };
   return pose_from_kuka({at(0), at(1), at(2)}, {at(3), at(4), at(5)});
@@ -200,11 +192,11 @@ std::string Controller::mode_name() const {
 }
 
 void Controller::default_variables() {
-  variables_["$OV_PRO"] = 100;
-  variables_["$OV_JOG"] = 100;
-  variables_["$ADAP_ACC"] = Literal{"STEP1"};  // of KRC4, which takes the load into account
-  variables_["$ERR"] = no_error();
-  variables_["$IPO_MODE"] = Literal{"BASE"};
+  variables_.at("$OV_PRO") = 100;
+  variables_.at("$OV_JOG") = 100;
+  variables_.at("$ADAP_ACC") = Literal{"STEP1"};  // of KRC4, which takes the load into account
+  variables_.at("$ERR") = no_error();
+  variables_.at("$IPO_MODE") = Literal{"BASE"};
 }
 
 }  // namespace truepose::sim

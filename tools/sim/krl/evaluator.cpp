@@ -151,6 +151,25 @@ bool Evaluator::execute_place(const Instruction& instruction) {
     case Op::Fetch:
       push(fetch(pop_place()));
       return true;
+    case Op::FetchGlobal:
+      push_set(globals_[a], {Storage::Global, a});
+      return true;
+    case Op::FetchLocal: {
+      const Operand& local = locals.back().values[a];
+      if (const auto* const value = std::get_if<Value>(&local))
+        push_set(*value, {Storage::Local, a, locals.size() - 1});
+      else
+        push(fetch(std::get<Place>(local)));
+      return true;
+    }
+    case Op::FetchSystem: {
+      const Variable& variable = program_.systems[a];
+      Place place{Storage::System, a};
+      const auto index = instruction.b != 0 ? std::optional{int{instruction.b}} : std::nullopt;
+      if (index) place.path.push_back(*index - 1);
+      push_set(asked_for(variable, index, index ? variable.element : variable.type, place), place);
+      return true;
+    }
     case Op::Store: {
       Value value = pop();
       store(pop_place(), std::move(value));
@@ -190,10 +209,19 @@ Value Evaluator::look(const Place& place) {
 
 Value Evaluator::fetch(const Place& place) {
   Value value = look(place);
+  check_set(value, place);
+  return value;
+}
+
+void Evaluator::push_set(const Value& value, const Place& place) {
+  check_set(value, place);
+  push(value);
+}
+
+void Evaluator::check_set(const Value& value, const Place& place) const {
   // A text without characters is a text.
   if (!is_set(value) && !std::holds_alternative<std::string>(value))
     throw Fault{.what = "the variable " + describe(place) + " has no value", .number = kNoValueError};
-  return value;
 }
 
 void Evaluator::store(const Place& place, Value value) {
@@ -228,23 +256,28 @@ Evaluator::Asked Evaluator::asked_of_host(const Place& place) const {
     return {variable, std::nullopt, variable.type, place.path};
   const std::int64_t index = place.path[0];
   check_index(index, static_cast<std::size_t>(variable.type.sizes[0]));
-  return {variable, static_cast<int>(index) + 1, variable.type.element(), Path(place.path).subspan(1)};
+  return {variable, static_cast<int>(index) + 1, variable.element, Path(place.path).subspan(1)};
 }
 
 Value Evaluator::look_at_system(const Place& place) {
   if (place.bits > 0) return look_at_bits(place);
   const auto [variable, index, type, path] = asked_of_host(place);
-  const Value value = host_->read(variable.name, index);
+  return part_of(asked_for(variable, index, type, place), path);
+}
+
+Value Evaluator::asked_for(const Variable& variable, std::optional<int> index, const Type& type,
+                           const Place& place) {
+  Value value = host_->read(variable, index);
   if (!has_type(value, type, program_.types))
     fail("the controller has no value of type " + program_.types.name(type) + " for " + describe(place));
-  return part_of(value, path);
+  return value;
 }
 
 void Evaluator::store_in_system(const Place& place, Value value) {
   if (place.bits > 0) return store_bits(place, static_cast<std::uint32_t>(std::get<std::int32_t>(value)));
   const auto [variable, index, type, path] = asked_of_host(place);
   if (!path.empty()) {
-    Value whole = host_->read(variable.name, index);
+    Value whole = host_->read(variable, index);
     if (std::holds_alternative<std::monostate>(whole)) whole = program_.types.blank(type);
     set_part(whole, path, std::move(value));
     value = std::move(whole);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -15,9 +17,9 @@ namespace truepose::sim::krl {
 struct Place {
   Storage storage = Storage::Global;
   std::size_t slot = 0;
-  std::size_t frame = 0;                ///< of a local variable
-  std::vector<std::int64_t> path = {};  ///< indices and components, from 0
-  std::int32_t bits = 0;                ///< not 0: the INT made of so many elements from there on
+  std::size_t frame = 0;                                      ///< of a local variable
+  boost::container::small_vector<std::int64_t, 2> path = {};  ///< indices and components, from 0
+  std::int32_t bits = 0;  ///< not 0: the INT made of so many elements from there on
 };
 
 using Operand = std::variant<Value, Place>;
@@ -58,14 +60,19 @@ class Evaluator {
   struct Asked {
     const Variable& variable;
     std::optional<int> index;
-    Type type;
+    const Type& type;
     std::span<const std::int64_t> path;
   };
   Asked asked_of_host(const Place& place) const;
 
   bool execute_place(const Instruction& instruction);
   Value fetch(const Place& place);
+  void push_set(const Value& value, const Place& place);
+  /// Errors: Fault where the value is not set. @param place  where it stands
+  void check_set(const Value& value, const Place& place) const;
   Value look_at_system(const Place& place);
+  /// What the host has, of the type that is declared. @param place  for messages
+  Value asked_for(const Variable& variable, std::optional<int> index, const Type& type, const Place& place);
   void store_in_system(const Place& place, Value value);
   Value look_at_bits(const Place& place);
   void store_bits(const Place& place, std::uint32_t number);

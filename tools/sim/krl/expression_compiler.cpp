@@ -153,8 +153,9 @@ Type ExpressionCompiler::component(const Expression& expression) {
 }
 
 Type ExpressionCompiler::variable_value(const Expression& expression) {
+  const std::size_t before = scope_.here();
   const Type type = whole_place(expression);
-  scope_.emit(Op::Fetch);
+  scope_.fetch(before);
   return type;
 }
 

@@ -91,7 +91,7 @@ class Host {
 
   /// A system variable, or one element of it. @param index  from 1, within its size
   /// @return of the declared type; not set where the controller has no value now
-  virtual Value read(std::string_view name, std::optional<int> index) = 0;
+  virtual Value read(const Variable& variable, std::optional<int> index) = 0;
   /// Errors: why it cannot be set so.
   virtual std::expected<void, std::string> write(std::string_view name, std::optional<int> index,
                                                  const Value& value) = 0;

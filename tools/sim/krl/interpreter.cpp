@@ -14,6 +14,12 @@ constexpr std::size_t kDeepestCall = 100;
 
 [[noreturn]] void give_up(std::string what) { throw Fault{.what = std::move(what)}; }
 
+/// Whether an instruction changes nothing that an interrupt may wait for.
+bool only_leads_on(Op op) {
+  return op == Op::Statement || op == Op::Jump || op == Op::JumpUnless || op == Op::ForGoesOn ||
+         op == Op::Call || op == Op::AdvanceStop || op == Op::WaitFor || op == Op::WaitSec;
+}
+
 /// A REAL of the host, at any depth, as a variable holds it.
 void round_reals(Value& value) {
   if (auto* number = std::get_if<double>(&value)) *number = to_real(*number);
@@ -91,6 +97,7 @@ void Interpreter::run(Time now) {
   end_pulses();
   if (state_ != ProgramState::Active) return;
   ++turn_;
+  has_changed_ = true;
   while (true) {
     try {
       return execute_turn();
@@ -163,7 +170,12 @@ void Interpreter::stop_by(Fault fault) {
 void Interpreter::step() {
   Frame& frame = frames_.back();
   const Instruction& instruction = program_.code[frame.at++];
-  if (!evaluator_.execute(instruction)) control(instruction);
+  if (evaluator_.execute(instruction)) {
+    has_changed_ |= instruction.op == Op::Store;
+  } else {
+    has_changed_ |= !only_leads_on(instruction.op);
+    control(instruction);
+  }
 }
 
 void Interpreter::control(const Instruction& instruction) {

@@ -215,7 +215,8 @@ class Interpreter {
 
   // triggers.cpp
   SwitchingPoint pop_switching_point(const TriggerShape& shape);
-  void look_at_triggers();
+  /// @return whether one was carried out
+  bool look_at_triggers();
 
   const Program& program_;
   Host& host_;
@@ -237,6 +238,7 @@ class Interpreter {
   Time now_{0};
   bool is_held_ = false;     // stop() braked the arm
   bool is_hurried_ = false;  // the turn ended before the program waited
+  bool has_changed_ = true;  // what interrupts wait for, since they were last looked at, may have
 };
 
 }  // namespace truepose::sim::krl

@@ -66,8 +66,9 @@ std::optional<std::size_t> Interpreter::interrupt_frame() const {
 }
 
 void Interpreter::look_at_interrupts() {
+  if (!has_changed_) return;
   set_cyclical_flags();
-  look_at_triggers();
+  const bool was_triggered = look_at_triggers();
   const auto running = interrupt_frame();
   int most = running ? frames_[*running].interruption->priority : std::numeric_limits<int>::max();
   Interrupt* next = nullptr;
@@ -81,6 +82,7 @@ void Interpreter::look_at_interrupts() {
       most = interrupt.priority;
     }
   }
+  has_changed_ = was_triggered || next != nullptr;
   if (!next) return;
   next->is_pending = false;
   host_.interrupted();

@@ -135,8 +135,9 @@ std::optional<double> Interpreter::number(std::string_view variable, std::option
   const auto slot = program_.find_system(variable);
   if (!slot) return std::nullopt;
   const Value value = in_effect(*slot, index);
-  const Type& type = program_.systems[*slot].type;
-  if (!has_type(value, index ? type.element() : type, program_.types) || !is_set(value)) return std::nullopt;
+  const Variable& declared = program_.systems[*slot];
+  const Type& type = index ? declared.element : declared.type;
+  if (!has_type(value, type, program_.types) || !is_set(value)) return std::nullopt;
   return field.empty() ? std::optional{number_of(value)}
                        : component_of(value, program_.types.structure(type), field);
 }
@@ -144,12 +145,12 @@ std::optional<double> Interpreter::number(std::string_view variable, std::option
 /// Of a system variable, or of one element: what WITH sets before what the controller has.
 Value Interpreter::in_effect(std::size_t variable, std::optional<int> index) const {
   const Variable& declared = program_.systems[variable];
-  Value value = host_.read(declared.name, index);
+  Value value = host_.read(declared, index);
   for (const Setting& setting : settings_) {
     std::span<const std::int64_t> path = setting.place.path;
     if (setting.place.slot != variable || (index && path[0] != *index - 1)) continue;
     if (index) path = path.subspan(1);
-    if (!is_set(value)) value = program_.types.blank(index ? declared.type.element() : declared.type);
+    if (!is_set(value)) value = program_.types.blank(index ? declared.element : declared.type);
     set_part(value, path, setting.value);
   }
   return value;

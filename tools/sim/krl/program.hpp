@@ -15,22 +15,25 @@ namespace truepose::sim::krl {
 /// The comment of an instruction shows the stack of operands: before -> after.
 enum class Op : std::uint8_t {
   // Places and values
-  Push,     ///< -> constant a
-  Global,   ///< -> place of module variable a
-  Local,    ///< -> place of local variable a; of what it stands for where it is a parameter by reference
-  System,   ///< -> place of system variable a
-  Index,    ///< place, INT -> place of its element
-  Bits,     ///< place of a BOOL array -> place of the INT made of b elements from a on, from 0
-  Field,    ///< place -> place of its component a
-  Fetch,    ///< place -> its value
-  Store,    ///< place, value ->
-  ToReal,   ///< number -> REAL
-  ToInt,    ///< number -> INT
-  ToCode,   ///< CHAR -> INT
-  ToChar,   ///< INT -> CHAR
-  Reshape,  ///< structure of type a -> structure of type b, by the names of its components
-  Gather,   ///< values -> structure of type a with the components of shape b
-  Drop,     ///< value ->
+  Push,         ///< -> constant a
+  Global,       ///< -> place of module variable a
+  Local,        ///< -> place of local variable a; of what it stands for where it is a parameter by reference
+  System,       ///< -> place of system variable a
+  Index,        ///< place, INT -> place of its element
+  Bits,         ///< place of a BOOL array -> place of the INT made of b elements from a on, from 0
+  Field,        ///< place -> place of its component a
+  Fetch,        ///< place -> its value
+  FetchGlobal,  ///< -> value of module variable a
+  FetchLocal,   ///< -> value of local variable a
+  FetchSystem,  ///< -> value of system variable a; of its element b where b is not 0
+  Store,        ///< place, value ->
+  ToReal,       ///< number -> REAL
+  ToInt,        ///< number -> INT
+  ToCode,       ///< CHAR -> INT
+  ToChar,       ///< INT -> CHAR
+  Reshape,      ///< structure of type a -> structure of type b, by the names of its components
+  Gather,       ///< values -> structure of type a with the components of shape b
+  Drop,         ///< value ->
   // Operators
   Negate,
   Not,
@@ -125,6 +128,7 @@ struct External {
 struct Variable {
   std::string name;
   Type type;
+  Type element = {};  ///< of a system variable that is an array: of each
   bool is_constant = false;
   bool is_global = false;
   int module = 0;

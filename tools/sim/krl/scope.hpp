@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +24,10 @@ struct Scope {
   bool is_submit = false;  ///< of a .sub: it must not move the arm
 
   std::size_t emit(Op op, std::size_t a = 0, std::size_t b = 0);
+  /// Turns the place that was written from `before` on into its value.
+  void fetch(std::size_t before);
+  /// Of the place of a system variable's element, whose index stands in the program.
+  std::optional<std::int32_t> constant_index(std::span<const Instruction> place) const;
   /// The arm must have come so far, unless CONTINUE says otherwise.
   void stop_advance_run();
   /// Lets the jump at `at` lead to what is written next.

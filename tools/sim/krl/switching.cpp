@@ -44,6 +44,7 @@ bool Interpreter::proceed_after_error(int number) {
   evaluator_.operands.resize(frame.operands);
   frame.wait = {};
   frame.calls_again = false;
+  has_changed_ = true;
   while (program_.code[frame.at].op != Op::Statement) ++frame.at;
   constexpr std::int64_t kNumber = 0;  // the first component of ERROR_T
   if (const auto error = program_.find_system("$ERR"))

@@ -113,6 +113,7 @@ Symbol Symbols::add_system(const Variable& variable, const TokenReader& reader) 
   if (systems_.contains(variable.name)) reader.fail(variable.name + " is declared twice");
   systems_[variable.name].push_back(program.systems.size());
   program.systems.push_back(variable);
+  if (variable.type.is_array()) program.systems.back().element = variable.type.element();
   return *find_variable(variable.name, variable.module);
 }
 

@@ -30,8 +30,8 @@ SwitchingPoint Interpreter::pop_switching_point(const TriggerShape& shape) {
   return point;
 }
 
-void Interpreter::look_at_triggers() {
-  if (triggers_.empty()) return;
+bool Interpreter::look_at_triggers() {
+  if (triggers_.empty()) return false;
   for (const std::uint64_t number : host_.take_switched()) {
     const auto trigger = std::ranges::find(triggers_, number, &Trigger::number);
     if (trigger != triggers_.end()) trigger->is_switched = true;
@@ -42,10 +42,11 @@ void Interpreter::look_at_triggers() {
     return trigger.is_switched ? trigger.priority : std::numeric_limits<int>::max();
   };
   const auto next = std::ranges::min_element(triggers_, {}, rank);
-  if (rank(*next) >= most) return;
+  if (rank(*next) >= most) return false;
   const Trigger trigger = *next;
   triggers_.erase(next);
   fire(trigger.action, {.priority = trigger.priority, .level = std::nullopt});
+  return true;
 }
 
 }  // namespace truepose::sim::krl

@@ -34,7 +34,8 @@ Environment cell(const std::string& declarations) {
   return {.declarations = std::string{controller_declarations()} + kBasis + declarations};
 }
 
-Value FakeHost::read(std::string_view name, std::optional<int> index) {
+Value FakeHost::read(const Variable& variable, std::optional<int> index) {
+  const std::string_view name = variable.name;
   if (name == "$TIMER") return static_cast<int>((now - timer_zero_[*index]) / 1ms);
   if (const auto at = rewritten.find(key(name, index)); at != rewritten.end()) return at->second(now);
   if (const auto at = variables.find(key(name, index)); at != variables.end()) return at->second;

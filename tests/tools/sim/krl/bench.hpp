@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 /// A controller whose arm needs the same time for each motion and stops a while after it was braked.
 class FakeHost : public Host {
  public:
-  Value read(std::string_view name, std::optional<int> index) override;
+  Value read(const Variable& variable, std::optional<int> index) override;
   std::expected<void, std::string> write(std::string_view name, std::optional<int> index,
                                          const Value& value) override;
   std::expected<CallResult, std::string> call(ExternalCall& call) override;
