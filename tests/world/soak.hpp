@@ -2,12 +2,13 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
+
+#include "tests/world/soak_log.hpp"
 
 namespace truepose::world {
 
@@ -19,25 +20,16 @@ struct SoakOptions {
   std::optional<std::chrono::milliseconds> until{};
   double production_h_per_day = 2;  ///< at most, of programs under correction
   /// Called with each event of the daemon's, and each fault as it begins and ends.
-  std::function<void(const std::string& time, const std::string& topic, const std::string& text)> trace =
-      [](auto&&...) {};
+  SoakLog::Trace trace = [](auto&&...) {};
 };
 
-struct BrokenPromise {
-  std::chrono::milliseconds at;  ///< since the begin
-  std::string promise;
-  std::vector<std::string> events;  ///< the last before
-};
-
-/// "3 04:57:24.093", with the day from 0.
-std::string time_text(std::chrono::milliseconds since_begin);
-/// Reads such a text; nothing where it is none.
+/// Reads what time_text() writes; nothing where it is none.
 std::optional<std::chrono::milliseconds> time_in(const std::string& text);
 
 struct SoakReport {
   std::vector<BrokenPromise> broken;
   std::uint64_t hash = 0;
-  int campaigns = 0, campaigns_done = 0, programs = 0, restarts = 0;
+  int campaigns = 0, programs = 0, restarts = 0;
   std::uint64_t points = 0, cycles = 0, sessions = 0;
   double largest_step_deg = 0, largest_model_error_mm = 0;
   std::map<std::string, int> faults;  ///< that happened, by their names

@@ -1,0 +1,48 @@
+#include "tests/world/model_judge.hpp"
+
+#include <algorithm>
+#include <boost/json/serialize.hpp>
+
+#include "tests/world/answers.hpp"
+#include "tests/world/truth_judge.hpp"
+
+namespace truepose::world {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+
+namespace {
+
+constexpr double kBadModel_mm = 0.5;  // of 12 poses, over a wide range
+
+}  // namespace
+
+void ModelJudge::take(const json::object& change) {
+  if (text_at(change, "change") != "made") return;
+  const json::object& model = change.at("model").as_object();
+  if (model.at("active").as_bool()) trusted_.insert(text_at(model, "id"));
+}
+
+asio::awaitable<void> ModelJudge::look(Client& client) {
+  const json::value answer = co_await client.ask("model.list");
+  if (!is_result(answer)) co_return;
+  const auto active = std::ranges::count_if(
+      result_of(answer).at("models").as_array(),
+      [](const json::value& model) { return model.as_object().at("active").as_bool(); });
+  if (active > 1) log_.broken(std::to_string(active) + " models are active");
+  if (active == 1) co_await compare_with_truth(client);
+}
+
+asio::awaitable<void> ModelJudge::compare_with_truth(Client& client) {
+  const json::value answer = co_await client.ask("model.get");
+  if (!is_result(answer)) co_return;
+  const json::object& model = result_of(answer).at("model").as_object();
+  const double error_mm = mean_error_mm(result_of(answer).at("parameters").as_array(), truth_);
+  if (trusted_.erase(text_at(model, "id")) == 0) co_return;
+  log_.trace("truth", text_at(model, "id") + ": " + std::to_string(error_mm) + " mm");
+  largest_error_mm = std::max(largest_error_mm, error_mm);
+  if (error_mm > kBadModel_mm)
+    log_.broken("an active model is wrong by " + std::to_string(error_mm) + " mm: " + json::serialize(model));
+}
+
+}  // namespace truepose::world

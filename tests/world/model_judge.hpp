@@ -1,0 +1,34 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/object.hpp>
+#include <set>
+#include <string>
+
+#include "config/scenario.hpp"
+#include "tests/world/client.hpp"
+#include "tests/world/soak_log.hpp"
+
+namespace truepose::world {
+
+/// Judges models: at most one is active, and one that its campaign activated is about as good as it was found
+/// to be.
+class ModelJudge {
+ public:
+  ModelJudge(SoakLog& log, const config::Scenario& truth) : log_{log}, truth_{truth} {}
+
+  /// An event of the topic model.
+  void take(const boost::json::object& change);
+  boost::asio::awaitable<void> look(Client& client);
+
+  double largest_error_mm = 0;
+
+ private:
+  boost::asio::awaitable<void> compare_with_truth(Client& client);
+
+  SoakLog& log_;
+  const config::Scenario& truth_;
+  std::set<std::string> trusted_;  // models that their campaigns activated
+};
+
+}  // namespace truepose::world

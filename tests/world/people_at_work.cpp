@@ -1,0 +1,191 @@
+#include "tests/world/people_at_work.hpp"
+
+#include <boost/json/serialize.hpp>
+#include <chrono>
+#include <utility>
+
+#include "tests/world/answers.hpp"
+
+namespace truepose::world {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+using namespace std::chrono_literals;
+using Wait = asio::awaitable<void>;
+
+namespace {
+
+constexpr const char* kMotionProgram = "TRUEPOSE_MOTION";
+constexpr const char* kProductionProgram = "GLUING";
+constexpr std::chrono::minutes kStuck{60};
+
+bool is_in_order(const json::object& seen) {
+  const std::string state = text_at(seen, "state");
+  const bool rests = state == "ready" || state == "disconnected" || state == "armed";
+  return rests && seen.at("faults").as_array().empty() && seen.at("interrupted").as_array().empty();
+}
+
+std::string stuck_text(const json::object& seen) {
+  if (seen.empty()) return "stuck: no answer";
+  return "stuck: " + json::serialize(json::object{{"state", text_at(seen, "state")},
+                                                  {"text", text_at(seen, "state_text")},
+                                                  {"next", text_at(seen, "next")},
+                                                  {"faults", seen.at("faults")},
+                                                  {"interrupted", seen.at("interrupted")}});
+}
+
+}  // namespace
+
+Wait PeopleAtWork::work(drivers::TimePoint end, double production_h_per_day) {
+  co_await bring_to_order();
+  co_await campaign("campaign.start");
+  while (log_.now() < end) {
+    co_await pause(5min, 40min);
+    co_await bring_to_order();
+    co_await next_task(production_h_per_day);
+    const json::object seen = co_await status();
+    if (!seen.empty()) co_await models_.look(cell_.panel);
+  }
+  co_await bring_to_order();
+}
+
+Wait PeopleAtWork::next_task(double production_h_per_day) {
+  const double which = random_.uniform();
+  if (which < 0.25) {
+    co_await campaign("campaign.start");
+  } else if (which < 0.40) {
+    co_await campaign("drift.check");
+  } else if (which < 0.65) {
+    co_await produce(production_h_per_day);
+  } else if (which < 0.72) {
+    co_await orders_.give("model.rollback");
+  } else if (which < 0.76) {
+    co_await orders_.give("model.deactivate");
+  } else if (which < 0.82) {
+    co_await activate_a_model();
+  } else if (which < 0.88) {
+    co_await orders_.give("cell.disconnect");
+  } else if (which < 0.94) {
+    co_await orders_.give("recording.save");
+  }
+}
+
+Wait PeopleAtWork::pause(drivers::Duration shortest, drivers::Duration longest) {
+  const auto more = std::chrono::duration_cast<drivers::Duration>((longest - shortest) * random_.uniform());
+  co_await cell_.world.pass(shortest + more);
+}
+
+Wait PeopleAtWork::campaign(std::string method) {
+  json::object params;
+  if (method == "campaign.start") params = {{"identify_poses", 12}, {"validate_poses", 6}};
+  if (method == "drift.check" && random_.uniform() < 0.5) params = {{"update", true}, {"activate", true}};
+  const json::value begun = co_await orders_.give(method, std::move(params));
+  if (!is_result(begun)) co_return;
+  ++campaigns;
+  if (random_.uniform() < 0.2) {
+    co_await pause(10s, 3min);
+    co_await orders_.give(random_.uniform() < 0.5 ? "campaign.pause" : "campaign.abort");
+  }
+  co_await bring_to_order();
+}
+
+Wait PeopleAtWork::produce(double production_h_per_day) {
+  const auto hours = std::chrono::duration<double, std::ratio<3600>>{production_h_per_day / 6};
+  const drivers::TimePoint until = log_.now() + std::chrono::duration_cast<drivers::Duration>(hours);
+  const json::value armed = co_await orders_.give("stream.arm");
+  if (!is_result(armed)) co_return;
+  while (log_.now() < until) {
+    co_await run_program();
+    const json::object seen = co_await status();
+    if (text_at(seen, "state") != "armed") break;
+  }
+  co_await orders_.give("stream.disarm");
+  select(kMotionProgram);
+}
+
+Wait PeopleAtWork::run_program() {
+  select(kProductionProgram);
+  const drivers::TimePoint latest = log_.now() + 5min;
+  while (log_.now() < latest) {
+    co_await cell_.world.pass(1s);
+    const auto program = cell_.devices.program();
+    if (program.name != kProductionProgram) co_return;
+    if (program.state == eki::ProgramState::Ended) {
+      ++programs;
+      co_return;
+    }
+  }
+}
+
+Wait PeopleAtWork::activate_a_model() {
+  const json::value answer = co_await cell_.panel.ask("model.list");
+  if (!is_result(answer)) co_return;
+  const json::array& models = result_of(answer).at("models").as_array();
+  if (models.empty()) co_return;
+  const auto which = static_cast<std::size_t>(random_.uniform() * static_cast<double>(models.size()));
+  json::object params{{"id", models.at(which).as_object().at("id")}};
+  co_await orders_.give("model.activate", std::move(params));
+}
+
+void PeopleAtWork::select(const char* program) {
+  config::ScenarioFault act;
+  act.kind = config::ScenarioFault::Kind::ProgramSelect;
+  act.program = program;
+  cell_.devices.begin(act);
+}
+
+void PeopleAtWork::keep_motion_program() {
+  const auto program = cell_.devices.program();
+  if (program.name != kMotionProgram || program.state == eki::ProgramState::Ended ||
+      program.state == eki::ProgramState::Free)
+    select(kMotionProgram);
+}
+
+/// Empty where the daemon does not answer.
+asio::awaitable<json::object> PeopleAtWork::status() {
+  if (!cell_.panel.is_connected()) {
+    const bool open = co_await cell_.panel.connect();
+    if (!open) co_return json::object{};
+  }
+  const json::value answer = co_await cell_.panel.ask("cell.status");
+  if (!is_result(answer)) co_return json::object{};
+  json::object seen = result_of(answer);
+  states_.see(seen);
+  co_return seen;
+}
+
+/// Does what the status asks for, until the cell is in order.
+Wait PeopleAtWork::bring_to_order() {
+  drivers::TimePoint stuck_since = log_.now();
+  for (;;) {
+    const json::object seen = co_await status();
+    if (!seen.empty()) {
+      const std::string state = text_at(seen, "state");
+      if (state != "streaming" && state != "armed") keep_motion_program();
+      if (is_in_order(seen)) co_return;
+      co_await act_on(seen);
+    }
+    if (log_.is_disturbed()) stuck_since = log_.now();
+    if (log_.now() - stuck_since > kStuck) {
+      log_.broken(stuck_text(seen));
+      co_return;
+    }
+    co_await cell_.world.pass(20s);
+  }
+}
+
+Wait PeopleAtWork::act_on(const json::object& seen) {
+  const std::string state = text_at(seen, "state");
+  const json::array& interrupted = seen.at("interrupted").as_array();
+  if (!seen.at("faults").as_array().empty()) co_await orders_.give("cell.acknowledge");
+  if (state == "paused") {
+    co_await orders_.give(random_.uniform() < 0.8 ? "campaign.resume" : "campaign.abort");
+  } else if (state == "streaming") {
+    co_await orders_.give("stream.stop");
+  } else if (!interrupted.empty() && (state == "ready" || state == "disconnected")) {
+    json::object which{{"id", interrupted.front().as_object().at("id")}};
+    co_await orders_.give(random_.uniform() < 0.7 ? "campaign.resume" : "campaign.abort", std::move(which));
+  }
+}
+
+}  // namespace truepose::world

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/json/object.hpp>
+#include <cstdint>
+#include <string>
+
+#include "core/math/random.hpp"
+#include "tests/world/cell.hpp"
+#include "tests/world/model_judge.hpp"
+#include "tests/world/orders.hpp"
+#include "tests/world/soak_log.hpp"
+#include "tests/world/status_judge.hpp"
+
+namespace truepose::world {
+
+/// People at the panel of a cell, who calibrate, produce and repair.
+class PeopleAtWork {
+ public:
+  PeopleAtWork(Cell& cell, SoakLog& log, StatusJudge& states, ModelJudge& models, std::uint64_t seed)
+      : cell_{cell}, log_{log}, states_{states}, models_{models}, random_{seed} {}
+
+  /// Works until then, and leaves the cell in order.
+  /// @param production_h_per_day  at most, of programs under correction
+  boost::asio::awaitable<void> work(drivers::TimePoint end, double production_h_per_day);
+  const Orders& orders() const { return orders_; }
+
+  int campaigns = 0, programs = 0;
+
+ private:
+  using Wait = boost::asio::awaitable<void>;
+
+  Wait next_task(double production_h_per_day);
+  Wait pause(drivers::Duration shortest, drivers::Duration longest);
+  Wait campaign(std::string method);
+  Wait produce(double production_h_per_day);
+  Wait run_program();
+  Wait activate_a_model();
+  void select(const char* program);
+  void keep_motion_program();
+  boost::asio::awaitable<boost::json::object> status();
+  Wait bring_to_order();
+  Wait act_on(const boost::json::object& seen);
+
+  Cell& cell_;
+  SoakLog& log_;
+  StatusJudge& states_;
+  ModelJudge& models_;
+  Random random_;
+  Orders orders_{cell_.panel, log_};
+};
+
+}  // namespace truepose::world

@@ -1,0 +1,22 @@
+#include "tests/world/status_judge.hpp"
+
+#include <boost/json/array.hpp>
+#include <utility>
+
+#include "tests/world/answers.hpp"
+
+namespace truepose::world {
+
+namespace json = boost::json;
+
+void StatusJudge::take(const json::object& change) { state_ = text_at(change, "state"); }
+
+void StatusJudge::restarted(bool order_lost) { armed_before_ = state_ == "armed" && !order_lost; }
+
+void StatusJudge::see(const json::object& status) {
+  const std::string state = text_at(status, "state");
+  if (std::exchange(armed_before_, false) && state != "armed" && status.at("faults").as_array().empty())
+    log_.broken("the stream was armed before the daemon ended, and is " + state);
+}
+
+}  // namespace truepose::world

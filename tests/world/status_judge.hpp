@@ -1,0 +1,29 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <string>
+
+#include "tests/world/soak_log.hpp"
+
+namespace truepose::world {
+
+/// Judges what the daemon says of its state: a stream that was armed before a restart is armed after it.
+class StatusJudge {
+ public:
+  explicit StatusJudge(SoakLog& log) : log_{log} {}
+
+  /// An event of the topic cell.
+  void take(const boost::json::object& change);
+  /// The daemon starts again.
+  /// @param order_lost  one that may have disarmed the stream
+  void restarted(bool order_lost);
+  /// The result of cell.status.
+  void see(const boost::json::object& status);
+
+ private:
+  SoakLog& log_;
+  std::string state_;          // of the cell, by its last event
+  bool armed_before_ = false;  // as a restarted daemon has to be
+};
+
+}  // namespace truepose::world
