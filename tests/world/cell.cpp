@@ -6,6 +6,7 @@
 #include <string>
 
 #include "config/cell_config.hpp"
+#include "proto/control/access.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 
 namespace truepose::world {
@@ -15,6 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
+constexpr const char* kSupervisorsToken = "access-0123456789abcdef0123456789abcdef";
 const fs::path kShipped = fs::path{TRUEPOSE_SOURCE_DIR} / "config";
 
 config::CellConfig cell_config() {
@@ -26,6 +28,15 @@ config::CellConfig cell_config() {
   std::ofstream{config.control.token_file} << kToken << '\n';
   fs::permissions(config.control.token_file, fs::perms::owner_read | fs::perms::owner_write);
   return config;
+}
+
+/// Of the users that have a token of their own.
+void write_access_list(const fs::path& store) {
+  const fs::path file = store.string() + ".access";
+  const control::AccessEntries users{
+      {control::entry_for_token("supervisor", control::Role::Operator, kSupervisorsToken)}};
+  std::ofstream{file} << control::access_text(users);
+  fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
 }
 
 rsi::EthernetConfig ethernet_of(const config::Scenario& scenario) {
@@ -61,6 +72,9 @@ Cell::Cell(std::uint64_t seed)
       max_step_deg{cell_config().stream.max_step_deg},
       devices{machine(world), scenario, ethernet_of(scenario), options(world.random.next(), cell_config())},
       pc{world, disk, cell_config(), "run"},
-      panel{world, "panel", kToken} {}
+      panel{world, "panel", kToken},
+      supervisor{world, "supervisor", kSupervisorsToken} {
+  write_access_list(cell_config().store);
+}
 
 }  // namespace truepose::world

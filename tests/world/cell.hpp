@@ -31,7 +31,8 @@ class Cell {
   const double max_step_deg;  ///< of the stream, by the cell file
   sim::SimulatedCell devices;
   CellPc pc;
-  Client panel;  ///< of an operator, with the token of the cell
+  Client panel;       ///< with the token of the cell
+  Client supervisor;  ///< an operator of the access list
 };
 
 }  // namespace truepose::world

@@ -21,18 +21,20 @@ constexpr std::uint16_t kControlPort = 7210;
 
 /// A connection, and who waits for answers on it.
 struct Client::Session {
-  struct Request {
+  struct Waiting {
     daemon::Signal answered;
     std::optional<json::value> answer;
   };
   std::unique_ptr<net::Stream> stream;
-  std::map<std::int64_t, std::shared_ptr<Request>> open;
+  std::map<std::int64_t, std::shared_ptr<Waiting>> open;
   std::int64_t last_id = 0;
   std::string line;
   std::uint64_t all_from = std::numeric_limits<std::uint64_t>::max();  // events, from then on
-  bool over = false;
+  bool is_open = false, over = false;
+  std::function<void()> on_end;  // of one that was open
 
   void end() {
+    if (is_open && !over) on_end();
     over = true;
     stream->close();
     for (const auto& [id, request] : open) {
@@ -47,6 +49,10 @@ Client::Client(World& world, std::string name, std::string token)
     : world_{world}, name_{std::move(name)}, token_{std::move(token)} {}
 
 Client::~Client() {
+  if (session_) session_->end();
+}
+
+void Client::disconnect() {
   if (session_) session_->end();
 }
 
@@ -66,6 +72,12 @@ asio::awaitable<bool> Client::connect() {
   json::object hello{{"protocol", 1}, {"token", token_}};
   const json::value opened = co_await ask("session.hello", std::move(hello));
   if (!opened.is_object() || !opened.as_object().contains("result")) co_return false;
+  const json::object& welcome = opened.as_object().at("result").as_object();
+  user_ = welcome.at("name").as_string();
+  role_ = welcome.at("role").as_string();
+  session->is_open = true;
+  session->on_end = [this] { on_session(false); };
+  on_session(true);
   json::object from{{"after", seq_}};
   const json::value subscribed = co_await ask("events.subscribe", std::move(from));
   if (!subscribed.is_object() || !subscribed.as_object().contains("result")) co_return false;
@@ -77,15 +89,21 @@ asio::awaitable<bool> Client::connect() {
 asio::awaitable<json::value> Client::ask(std::string method, json::object params) {
   const auto session = session_;
   if (!session || session->over) co_return nullptr;
-  const auto request = std::make_shared<Session::Request>();
+  Request request{.method = std::move(method), .params = std::move(params), .asked = world_.clock.now()};
+  on_request(request);
+  const auto waiting = std::make_shared<Session::Waiting>();
   const std::int64_t id = ++session->last_id;
-  session->open[id] = request;
-  const json::object line{{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", std::move(params)}};
+  session->open[id] = waiting;
+  const json::object line{
+      {"jsonrpc", "2.0"}, {"id", id}, {"method", request.method}, {"params", request.params}};
   const std::string text = json::serialize(line) + "\n";
   const auto failed = co_await session->stream->write(text);
   if (failed) session->end();
-  while (!request->answer) co_await request->answered.wait();
-  co_return *request->answer;
+  while (!waiting->answer) co_await waiting->answered.wait();
+  request.answer = *waiting->answer;
+  request.answered = world_.clock.now();
+  on_answer(request);
+  co_return request.answer;
 }
 
 asio::awaitable<void> Client::read(Client& client, std::shared_ptr<Session> session) {

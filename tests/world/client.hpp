@@ -16,6 +16,14 @@
 
 namespace truepose::world {
 
+/// A request of a client, and what became of it.
+struct Request {
+  std::string method{};
+  boost::json::object params{};
+  drivers::TimePoint asked{}, answered{};
+  boost::json::value answer{};  ///< with `result` or `error`; null: none yet, or the session ended before
+};
+
 /// A client of the control port: an HMI, a script, or a person at the command line.
 ///
 /// It speaks the protocol by itself, and checks of each session what every client relies on: an answer for
@@ -29,12 +37,22 @@ class Client {
 
   /// Opens a session and subscribes to all topics, missed events included. @return whether it is open
   boost::asio::awaitable<bool> connect();
+  const std::string& name() const { return name_; }
   bool is_connected() const;
+  void disconnect();
+  /// Name and role that the daemon knows the client by, since its first session; empty before.
+  const std::string& user() const { return user_; }
+  const std::string& role() const { return role_; }
 
   /// The answer of one request: `result`, or `error`; null where the session ended before.
   boost::asio::awaitable<boost::json::value> ask(std::string method, boost::json::object params = {});
 
   std::function<void(const boost::json::object& event)> on_event = [](const boost::json::object&) {};
+  /// Each request as it is sent, and once it is answered or its session has ended.
+  std::function<void(const Request&)> on_request = [](const Request&) {};
+  std::function<void(const Request&)> on_answer = [](const Request&) {};
+  /// A session is open, or has ended.
+  std::function<void(bool is_open)> on_session = [](bool) {};
   /// What broke a promise of the protocol.
   std::vector<std::string> complaints;
 
@@ -44,7 +62,7 @@ class Client {
   void take(Session& session, const std::string& line);
 
   World& world_;
-  std::string name_, token_;
+  std::string name_, token_, user_, role_;
   std::shared_ptr<Session> session_;
   std::uint64_t seq_ = 0;  // of the last event
 };

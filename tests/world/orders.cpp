@@ -11,7 +11,7 @@ namespace asio = boost::asio;
 namespace json = boost::json;
 
 asio::awaitable<json::value> Orders::give(std::string method, json::object params) {
-  log_.trace("order", method + " " + json::serialize(params));
+  log_.trace("order", client_.name() + ": " + method + " " + json::serialize(params));
   const json::value answer = co_await client_.ask(method, std::move(params));
   is_last_lost_ = answer.is_null();
   if (answer.is_object() && answer.as_object().contains("error")) {

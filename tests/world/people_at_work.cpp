@@ -79,7 +79,12 @@ Wait PeopleAtWork::campaign(std::string method) {
   json::object params;
   if (method == "campaign.start") params = {{"identify_poses", 12}, {"validate_poses", 6}};
   if (method == "drift.check" && random_.uniform() < 0.5) params = {{"update", true}, {"activate", true}};
-  const json::value begun = co_await orders_.give(method, std::move(params));
+  if (random_.uniform() < 0.3) co_await orders_.give("control.acquire");
+  json::value begun = co_await orders_.give(method, params);
+  if (outcome_of(begun) == "E_CONTROL" && random_.uniform() < 0.7) {
+    co_await orders_.give("control.takeover");
+    begun = co_await orders_.give(method, std::move(params));
+  }
   if (!is_result(begun)) co_return;
   ++campaigns;
   if (random_.uniform() < 0.2) {

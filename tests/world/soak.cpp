@@ -12,12 +12,15 @@
 #include "drivers/net/spawn.hpp"
 #include "tests/world/answers.hpp"
 #include "tests/world/cell.hpp"
+#include "tests/world/control_judge.hpp"
 #include "tests/world/faults.hpp"
+#include "tests/world/methods.hpp"
 #include "tests/world/model_judge.hpp"
 #include "tests/world/people_at_work.hpp"
 #include "tests/world/point_judge.hpp"
 #include "tests/world/status_judge.hpp"
 #include "tests/world/stream_judge.hpp"
+#include "tests/world/supervisor.hpp"
 
 namespace truepose::world {
 
@@ -45,12 +48,23 @@ class Soak {
         log_{cell_.world.clock, options.trace},
         stream_{cell_.max_step_deg},
         models_{log_, cell_.scenario},
-        people_{cell_, log_, states_, models_, seed_of(options.seed, "people")} {
+        people_{cell_, log_, states_, models_, seed_of(options.seed, "people")},
+        supervisor_{cell_, log_, seed_of(options.seed, "supervisor")} {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
       stream_.see(cycle);
       log_.take_broken(stream_.broken);
     };
     cell_.panel.on_event = [this](const json::object& event) { take(event); };
+    cell_.supervisor.on_event = [this](const json::object& event) { supervisor_.take(event); };
+    for (Client* const client : {&cell_.panel, &cell_.supervisor}) {
+      client->on_request = [this, client](const Request& request) {
+        controls_.asks(*client, request);
+        if (methods_.commands(request.method)) states_.ordered();
+        report_.methods.insert(request.method);
+      };
+      client->on_answer = [this, client](const Request& request) { controls_.answered(*client, request); };
+      client->on_session = [this, client](bool is_open) { controls_.sees(*client, is_open); };
+    }
   }
 
   SoakReport run() {
@@ -62,6 +76,7 @@ class Soak {
       if (!options_.faults || options_.faults->contains(std::string{kind.name}))
         net::spawn(executor, go_wrong(kind), net::rethrow);
     }
+    net::spawn(executor, supervisor_.work(end_), net::rethrow);
     net::spawn(executor, live(), [this](std::exception_ptr failed) {
       net::rethrow(std::move(failed));
       over_ = true;
@@ -79,7 +94,8 @@ class Soak {
     while (!over_) {
       co_await cell_.world.pass(2s);
       if (over_ || cell_.pc.runs() || !cell_.pc.has_power) continue;
-      states_.restarted(people_.orders().is_last_lost());
+      states_.restarted(people_.orders().is_last_lost() || supervisor_.orders().is_last_lost());
+      controls_.restarted();
       try {
         cell_.pc.start();
         ++report_.restarts;
@@ -111,6 +127,7 @@ class Soak {
 
   void take(const json::object& event) {
     log_.take_broken(cell_.panel.complaints);
+    log_.take_broken(cell_.supervisor.complaints);
     const std::string topic = text_at(event, "topic");
     const json::object& data = event.at("data").as_object();
     if (topic != "stream") log_.trace(topic, json::serialize(data));
@@ -121,6 +138,7 @@ class Soak {
 
   SoakReport finish() {
     log_.take_broken(cell_.panel.complaints);
+    log_.take_broken(cell_.supervisor.complaints);
     report_.broken = log_.broken_promises();
     report_.hash = cell_.world.history.hash();
     report_.campaigns = people_.campaigns;
@@ -138,11 +156,14 @@ class Soak {
   const SoakOptions& options_;
   Cell cell_;
   SoakLog log_;
+  const Methods methods_;
   StreamJudge stream_;
+  ControlJudge controls_{log_, methods_};
   StatusJudge states_{log_};
   PointJudge points_{log_};
   ModelJudge models_;
   PeopleAtWork people_;
+  Supervisor supervisor_;
   SoakReport report_;
   drivers::TimePoint end_{};
   bool over_ = false;

@@ -4,12 +4,15 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <ctime>
+#include <iterator>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "tests/world/faults.hpp"
+#include "tests/world/methods.hpp"
 #include "tests/world/soak.hpp"
 
 namespace world = truepose::world;
@@ -69,6 +72,9 @@ int main(int argc, char** argv) {
       options.seed, options.days, cpu_s, options.days * 86400 / cpu_s, report.campaigns, report.points,
       report.programs, report.cycles, report.sessions, report.restarts, report.largest_step_deg,
       report.largest_model_error_mm, report.hash);
+  std::vector<std::string> unasked;
+  std::ranges::set_difference(world::Methods{}.names(), report.methods, std::back_inserter(unasked));
+  fmt::print("methods that no client asked for: {}\n", fmt::join(unasked, " "));
   if (report.broken.empty()) return 0;
   for (const std::string& event : report.broken.front().events) fmt::print("  {}\n", event);
   for (const world::BrokenPromise& broken : report.broken)

@@ -17,6 +17,8 @@ class StatusJudge {
   /// The daemon starts again.
   /// @param order_lost  one that may have disarmed the stream
   void restarted(bool order_lost);
+  /// An order is given, which may disarm the stream.
+  void ordered() { armed_before_ = false; }
   /// The result of cell.status.
   void see(const boost::json::object& status);
 
