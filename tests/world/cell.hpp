@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 
@@ -30,6 +31,7 @@ class Cell {
   test::FailingDisk disk;
   const double max_step_deg;  ///< of the stream, by the cell file
   sim::SimulatedCell devices;
+  Eigen::Vector3d tracker_moved_mm{0, 0, 0};  ///< what it reads is off by that since it was bumped
   CellPc pc;
   Client panel;       ///< with the token of the cell
   Client supervisor;  ///< an operator of the access list

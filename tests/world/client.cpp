@@ -86,6 +86,10 @@ asio::awaitable<bool> Client::connect() {
   co_return true;
 }
 
+bool Client::is_late(const json::object& event) const {
+  return event.at("seq").to_number<std::uint64_t>() < session_->all_from;
+}
+
 asio::awaitable<json::value> Client::ask(std::string method, json::object params) {
   const auto session = session_;
   if (!session || session->over) co_return nullptr;

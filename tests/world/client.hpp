@@ -48,6 +48,8 @@ class Client {
   boost::asio::awaitable<boost::json::value> ask(std::string method, boost::json::object params = {});
 
   std::function<void(const boost::json::object& event)> on_event = [](const boost::json::object&) {};
+  /// Whether an event is one of before the session, which comes late.
+  bool is_late(const boost::json::object& event) const;
   /// Each request as it is sent, and once it is answered or its session has ended.
   std::function<void(const Request&)> on_request = [](const Request&) {};
   std::function<void(const Request&)> on_answer = [](const Request&) {};

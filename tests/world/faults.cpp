@@ -128,6 +128,7 @@ Wait bump_tracker(Cell& cell, Random& random) {
   config::ScenarioFault fault;
   fault.kind = Kind::TrackerBump;
   fault.by_mm = shift(random, 3);
+  cell.tracker_moved_mm += fault.by_mm;
   cell.devices.begin(fault);
   co_return;
 }

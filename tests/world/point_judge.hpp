@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <boost/asio/awaitable.hpp>
 #include <boost/json/object.hpp>
 #include <cstdint>
@@ -7,26 +8,41 @@
 #include <set>
 #include <string>
 
-#include "tests/world/client.hpp"
+#include "tests/world/cell.hpp"
 #include "tests/world/soak_log.hpp"
 
 namespace truepose::world {
 
-/// Judges measured points: what was reported as measured is in the store.
+/// Judges measured points: each is where the reflector was, unless the tracker misled. What was reported is
+/// in the store and all that is in the store was reported, each pose once.
 class PointJudge {
  public:
-  explicit PointJudge(SoakLog& log) : log_{log} {}
+  PointJudge(Cell& cell, SoakLog& log) : cell_{cell}, log_{log} {}
 
   /// An event of the topic measurement.
-  void take(const boost::json::object& measurement);
-  /// Reads the points of each campaign, and compares them with those that were reported.
+  /// @param late  the arm may have moved since
+  void take(const boost::json::object& measurement, bool late);
+  /// Reads the points of all campaigns, and compares them with those that were reported.
   boost::asio::awaitable<void> compare_with_store(Client& client);
 
-  std::uint64_t points = 0;  ///< reported
+  std::uint64_t points = 0;     ///< reported
+  double largest_error_mm = 0;  ///< of those that no fault explains
+  std::uint64_t compared = 0;   ///< with where the reflector was
 
  private:
+  struct Campaign {
+    Eigen::Vector3d tracker_moved_mm{0, 0, 0};  // as it began
+    std::set<std::string> reported;             // points
+  };
+
+  void compare_with_truth(const std::string& campaign, const boost::json::object& measurement);
+  boost::asio::awaitable<void> compare(Client& client, std::string id);
+  void judge_stored(const std::string& id, const boost::json::object& point);
+
+  Cell& cell_;
   SoakLog& log_;
-  std::map<std::string, std::set<std::string>> reported_;  // points, by their campaigns
+  std::map<std::string, Campaign> campaigns_;
+  std::set<std::string> stored_, stored_poses_;  // of the campaign that is compared
 };
 
 }  // namespace truepose::world

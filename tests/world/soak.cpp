@@ -131,7 +131,7 @@ class Soak {
     const std::string topic = text_at(event, "topic");
     const json::object& data = event.at("data").as_object();
     if (topic != "stream") log_.trace(topic, json::serialize(data));
-    if (topic == "measurement") points_.take(data);
+    if (topic == "measurement") points_.take(data, cell_.panel.is_late(event));
     if (topic == "cell") states_.take(data);
     if (topic == "model") models_.take(data);
   }
@@ -144,6 +144,8 @@ class Soak {
     report_.campaigns = people_.campaigns;
     report_.programs = people_.programs;
     report_.points = points_.points;
+    report_.points_compared = points_.compared;
+    report_.largest_point_error_mm = points_.largest_error_mm;
     report_.cycles = stream_.cycles;
     report_.sessions = stream_.sessions;
     report_.largest_step_deg = stream_.largest_step_deg;
@@ -160,7 +162,7 @@ class Soak {
   StreamJudge stream_;
   ControlJudge controls_{log_, methods_};
   StatusJudge states_{log_};
-  PointJudge points_{log_};
+  PointJudge points_{cell_, log_};
   ModelJudge models_;
   PeopleAtWork people_;
   Supervisor supervisor_;

@@ -90,6 +90,13 @@ Arm arm_of(const boost::json::array& parameters, const config::Scenario& nominal
 
 }  // namespace
 
+Eigen::Vector3d true_point_mm(const JointVector& q_rad, const config::Scenario& truth) {
+  std::array<double, 6> q{};
+  for (std::size_t i = 0; i < q.size(); ++i) q[i] = q_rad[static_cast<Eigen::Index>(i)];
+  const Vector p_mm = true_arm(truth).point(q);
+  return {p_mm[0], p_mm[1], p_mm[2]};
+}
+
 double mean_error_mm(const boost::json::array& parameters, const config::Scenario& truth) {
   constexpr std::array<std::array<double, 2>, 6> kRanges_rad{
       {{-1, 1}, {-2, -1}, {1, 2}, {-1.5, 1.5}, {-1, 1}, {-1.5, 1.5}}};

@@ -237,10 +237,13 @@ void SimulatedCell::received(const std::string& channel, std::string_view docume
   follow();
 }
 
+RsiSession::Arm SimulatedCell::arm() const {
+  return rsi_ ? rsi_->arm() : RsiSession::Arm{controller_.axes(), controller_.is_moving()};
+}
+
 TargetSight SimulatedCell::look() const {
   TargetSight sight{.p_WS_mm = std::nullopt, .moving = false};
-  const RsiSession::Arm arm =
-      rsi_ ? rsi_->arm() : RsiSession::Arm{controller_.axes(), controller_.is_moving()};
+  const RsiSession::Arm arm = this->arm();
   sight.moving = arm.moving;
   std::vector<int> unhidden;
   if (sight_) unhidden = sight_->seen_at(arm.q);
