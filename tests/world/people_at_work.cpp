@@ -151,6 +151,7 @@ asio::awaitable<json::object> PeopleAtWork::status() {
   if (!cell_.panel.is_connected()) {
     const bool open = co_await cell_.panel.connect();
     if (!open) co_return json::object{};
+    if (random_.uniform() < 0.5) co_await orders_.repeat_lost();
   }
   const json::value answer = co_await cell_.panel.ask("cell.status");
   if (!is_result(answer)) co_return json::object{};

@@ -10,7 +10,9 @@
 
 #include "daemon/daemon.hpp"
 #include "drivers/net/spawn.hpp"
+#include "tests/world/agreement_judge.hpp"
 #include "tests/world/answers.hpp"
+#include "tests/world/audit_judge.hpp"
 #include "tests/world/cell.hpp"
 #include "tests/world/control_judge.hpp"
 #include "tests/world/faults.hpp"
@@ -49,22 +51,18 @@ class Soak {
         stream_{cell_.max_step_deg},
         models_{log_, cell_.scenario},
         people_{cell_, log_, states_, models_, seed_of(options.seed, "people")},
-        supervisor_{cell_, log_, seed_of(options.seed, "supervisor")} {
+        supervisor_{cell_, log_, agreement_, seed_of(options.seed, "supervisor")} {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
       stream_.see(cycle);
       log_.take_broken(stream_.broken);
     };
     cell_.panel.on_event = [this](const json::object& event) { take(event); };
-    cell_.supervisor.on_event = [this](const json::object& event) { supervisor_.take(event); };
-    for (Client* const client : {&cell_.panel, &cell_.supervisor}) {
-      client->on_request = [this, client](const Request& request) {
-        controls_.asks(*client, request);
-        if (methods_.commands(request.method)) states_.ordered();
-        report_.methods.insert(request.method);
-      };
-      client->on_answer = [this, client](const Request& request) { controls_.answered(*client, request); };
-      client->on_session = [this, client](bool is_open) { controls_.sees(*client, is_open); };
-    }
+    cell_.supervisor.on_event = [this](const json::object& event) {
+      agreement_.take(event);
+      supervisor_.take(event);
+    };
+    watch(cell_.panel);
+    watch(cell_.supervisor);
   }
 
   SoakReport run() {
@@ -85,10 +83,30 @@ class Soak {
     if (!over_) return finish();
     cell_.pc.stop();
     cell_.world.run([&] { return !cell_.pc.runs(); });
+    audit_.judge("cell.sqlite");
     return finish();
   }
 
  private:
+  void watch(Client& client) {
+    client.on_request = [&](const Request& request) {
+      report_.methods.insert(request.method);
+      controls_.asks(client, request);
+      if (!methods_.commands(request.method)) return;
+      states_.ordered();
+      agreement_.asks();
+    };
+    client.on_answer = [&](const Request& request) {
+      controls_.answered(client, request);
+      audit_.answered(client, request);
+      if (methods_.commands(request.method)) agreement_.answered();
+    };
+    client.on_session = [&](bool is_open) {
+      controls_.sees(client, is_open);
+      agreement_.sessions_change();
+    };
+  }
+
   /// As the service manager: a daemon that ended is started again after 2 s.
   Wait supervise() {
     while (!over_) {
@@ -96,6 +114,7 @@ class Soak {
       if (over_ || cell_.pc.runs() || !cell_.pc.has_power) continue;
       states_.restarted(people_.orders().is_last_lost() || supervisor_.orders().is_last_lost());
       controls_.restarted();
+      agreement_.restarted();
       try {
         cell_.pc.start();
         ++report_.restarts;
@@ -146,6 +165,7 @@ class Soak {
     report_.points = points_.points;
     report_.points_compared = points_.compared;
     report_.largest_point_error_mm = points_.largest_error_mm;
+    report_.looks = agreement_.looks;
     report_.cycles = stream_.cycles;
     report_.sessions = stream_.sessions;
     report_.largest_step_deg = stream_.largest_step_deg;
@@ -161,6 +181,8 @@ class Soak {
   const Methods methods_;
   StreamJudge stream_;
   ControlJudge controls_{log_, methods_};
+  AuditJudge audit_{log_, methods_};
+  AgreementJudge agreement_{cell_, cell_.supervisor, log_};
   StatusJudge states_{log_};
   PointJudge points_{cell_, log_};
   ModelJudge models_;

@@ -41,9 +41,10 @@ Wait Supervisor::work(drivers::TimePoint end) {
 }
 
 Wait Supervisor::look() {
-  constexpr std::array kMethods{"cell.status",   "model.list",  "campaign.list", "campaign.get",
-                                "stream.status", "control.get", "audit.list",    "system.info"};
+  constexpr std::array kMethods{"campaign.list", "campaign.get", "stream.status",
+                                "control.get",   "audit.list",   "system.info"};
   for (const std::string method : kMethods) co_await cell_.supervisor.ask(method);
+  co_await agreement_.look();
 }
 
 /// Orders that the panel does not expect, and some that are not for operators.

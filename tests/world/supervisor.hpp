@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "core/math/random.hpp"
+#include "tests/world/agreement_judge.hpp"
 #include "tests/world/cell.hpp"
 #include "tests/world/orders.hpp"
 #include "tests/world/soak_log.hpp"
@@ -15,7 +16,8 @@ namespace truepose::world {
 /// panel, and takes control for a while.
 class Supervisor {
  public:
-  Supervisor(Cell& cell, SoakLog& log, std::uint64_t seed) : cell_{cell}, log_{log}, random_{seed} {}
+  Supervisor(Cell& cell, SoakLog& log, AgreementJudge& agreement, std::uint64_t seed)
+      : cell_{cell}, log_{log}, agreement_{agreement}, random_{seed} {}
 
   /// An event of its session: orders cross control that the panel takes.
   void take(const boost::json::object& event);
@@ -33,6 +35,7 @@ class Supervisor {
 
   Cell& cell_;
   SoakLog& log_;
+  AgreementJudge& agreement_;
   Random random_;
   Orders orders_{cell_.supervisor, log_};
 };

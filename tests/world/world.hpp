@@ -44,6 +44,8 @@ class World {
   /// For programs; drawn from the seed.
   RandomBytes random_bytes();
 
+  static constexpr std::uint16_t kWebPort = 7280;
+
   drivers::VirtualClock clock;
   boost::asio::io_context outside{1};  ///< devices and people
   drivers::MemoryNetwork network{outside, clock};
