@@ -13,6 +13,7 @@
 #include "tests/world/agreement_judge.hpp"
 #include "tests/world/answers.hpp"
 #include "tests/world/audit_judge.hpp"
+#include "tests/world/axis_judge.hpp"
 #include "tests/world/cell.hpp"
 #include "tests/world/control_judge.hpp"
 #include "tests/world/faults.hpp"
@@ -55,6 +56,7 @@ class Soak {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
       stream_.see(cycle);
       log_.take_broken(stream_.broken);
+      axes_.see(cycle);
     };
     cell_.panel.on_event = [this](const json::object& event) { take(event); };
     cell_.supervisor.on_event = [this](const json::object& event) {
@@ -74,6 +76,7 @@ class Soak {
       if (!options_.faults || options_.faults->contains(std::string{kind.name}))
         net::spawn(executor, go_wrong(kind), net::rethrow);
     }
+    net::spawn(executor, look_at_arm(), net::rethrow);
     net::spawn(executor, supervisor_.work(end_), net::rethrow);
     net::spawn(executor, live(), [this](std::exception_ptr failed) {
       net::rethrow(std::move(failed));
@@ -122,6 +125,13 @@ class Soak {
         if (log_.is_disturbed()) continue;
         log_.broken(std::string{"the daemon does not start: "} + e.what());
       }
+    }
+  }
+
+  Wait look_at_arm() {
+    while (!over_) {
+      co_await cell_.world.pass(1s);
+      axes_.look(cell_.panel.is_connected() ? states_.state() : "");
     }
   }
 
@@ -184,6 +194,7 @@ class Soak {
   AuditJudge audit_{log_, methods_};
   AgreementJudge agreement_{cell_, cell_.supervisor, log_};
   StatusJudge states_{log_};
+  AxisJudge axes_{cell_, log_};
   PointJudge points_{cell_, log_};
   ModelJudge models_;
   PeopleAtWork people_;

@@ -11,7 +11,10 @@ namespace json = boost::json;
 
 void StatusJudge::take(const json::object& change) { state_ = text_at(change, "state"); }
 
-void StatusJudge::restarted(bool order_lost) { armed_before_ = state_ == "armed" && !order_lost; }
+void StatusJudge::restarted(bool order_lost) {
+  armed_before_ = (armed_before_ || state_ == "armed") && !order_lost;
+  state_.clear();
+}
 
 void StatusJudge::see(const json::object& status) {
   const std::string state = text_at(status, "state");

@@ -14,6 +14,8 @@ class StatusJudge {
 
   /// An event of the topic cell.
   void take(const boost::json::object& change);
+  /// Of the cell, by its last event since the daemon started; empty: there was none.
+  const std::string& state() const { return state_; }
   /// The daemon starts again.
   /// @param order_lost  one that may have disarmed the stream
   void restarted(bool order_lost);

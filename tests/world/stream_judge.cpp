@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <optional>
-#include <string_view>
+
+#include "tests/world/rsi_attribute.hpp"
 
 namespace truepose::world {
 
@@ -12,16 +11,6 @@ namespace {
 
 /// Half a digit of the four that are sent, twice.
 constexpr double kRounding_deg = 1.01e-4;
-
-/// The number of an attribute in the element AK: A1="0.0123".
-std::optional<double> attribute(std::string_view reply, std::string_view name) {
-  const std::size_t element = reply.find("<AK ");
-  if (element == std::string_view::npos) return std::nullopt;
-  const std::string_view inside = reply.substr(element, reply.find('>', element) - element);
-  const std::size_t at = inside.find(std::string{name} + "=\"");
-  if (at == std::string_view::npos) return std::nullopt;
-  return std::strtod(inside.data() + at + name.size() + 2, nullptr);
-}
 
 }  // namespace
 
@@ -35,7 +24,7 @@ void StreamJudge::see(const RsiCycle& cycle) {
   };
   for (std::size_t i = 0; i < in_effect_deg.size(); ++i) {
     if (cycle.reply.empty()) break;  // the controller holds what it has
-    const auto deg = attribute(cycle.reply, "A" + std::to_string(i + 1));
+    const auto deg = rsi_attribute(cycle.reply, "AK", "A" + std::to_string(i + 1));
     if (!deg) {
       broken.push_back(where() + ": a reply without axis " + std::to_string(i + 1));
       break;
