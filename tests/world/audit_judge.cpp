@@ -33,6 +33,7 @@ std::vector<fs::path> trail_of(const fs::path& store) {
 
 /// Of an order that the daemon may refuse, or carry out, without a record.
 bool may_be_unrecorded(const std::string& method, const std::string& outcome) {
+  if (method == "audit.acknowledge" && outcome != "ok") return true;
   const bool renews = method == "control.acquire" || method == "control.takeover";
   return outcome.empty() || outcome == "E_CONTROL" || outcome == "E_FORBIDDEN" || outcome == "E_STORE" ||
          (renews && outcome == "ok");
@@ -44,7 +45,8 @@ void AuditJudge::answered(const Client& client, const Request& request) {
   if (!methods_.commands(request.method)) return;
   Order& order = orders_[text_at(request.params, "command_id")];
   order.text = client.user() + ' ' + request.method;
-  order.outcomes.push_back(outcome_of(request.answer));
+  // What becomes of a job comes later.
+  order.outcomes.push_back(request.params.contains("job") ? std::string{} : outcome_of(request.answer));
 }
 
 void AuditJudge::judge(const fs::path& store) {

@@ -1,5 +1,7 @@
 #include "tests/world/client.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
@@ -7,6 +9,9 @@
 #include <utility>
 
 #include "drivers/net/spawn.hpp"
+#include "proto/control/access.hpp"
+#include "proto/control/session_proof.hpp"
+#include "tests/world/answers.hpp"
 
 namespace truepose::world {
 
@@ -69,21 +74,51 @@ asio::awaitable<bool> Client::connect() {
     co_return false;
   }
   net::spawn(world_.outside.get_executor(), read(*this, session), net::rethrow);
-  json::object hello{{"protocol", 1}, {"token", token_}};
+  json::object hello = co_await credentials();
   const json::value opened = co_await ask("session.hello", std::move(hello));
-  if (!opened.is_object() || !opened.as_object().contains("result")) co_return false;
-  const json::object& welcome = opened.as_object().at("result").as_object();
+  if (!is_result(opened)) co_return false;
+  const json::object& welcome = result_of(opened);
   user_ = welcome.at("name").as_string();
   role_ = welcome.at("role").as_string();
   session->is_open = true;
   session->on_end = [this] { on_session(false); };
   on_session(true);
+  const bool subscribed = co_await subscribe();
+  co_return subscribed;
+}
+
+/// A token of the access list is shown itself, that of the token file is proven.
+asio::awaitable<json::object> Client::credentials() {
+  json::object hello{{"protocol", 1}};
+  if (token_.starts_with(control::kAccessTokenStart)) {
+    hello["token"] = token_;
+    co_return hello;
+  }
+  const json::value challenge = co_await ask("session.challenge");
+  if (!is_result(challenge)) co_return hello;
+  const control::SessionTerms terms{.endpoint = "127.0.0.1 " + std::to_string(kControlPort),
+                                    .client_nonce = fmt::format("{:032x}", ++proofs_),
+                                    .server_nonce = text_at(result_of(challenge), "nonce")};
+  hello["nonce"] = terms.client_nonce;
+  hello["proof"] = control::session_proof(token_, control::Prover::Client, terms);
+  co_return hello;
+}
+
+asio::awaitable<bool> Client::subscribe() {
+  const auto session = session_;
   json::object from{{"after", seq_}};
   const json::value subscribed = co_await ask("events.subscribe", std::move(from));
-  if (!subscribed.is_object() || !subscribed.as_object().contains("result")) co_return false;
-  const json::object& subscription = subscribed.as_object().at("result").as_object();
-  session->all_from = subscription.at("next").to_number<std::uint64_t>();
+  if (!is_result(subscribed)) co_return false;
+  session->all_from = result_of(subscribed).at("next").to_number<std::uint64_t>();
   co_return true;
+}
+
+asio::awaitable<bool> Client::subscribe_again() {
+  const json::value ended = co_await ask("events.unsubscribe");
+  if (ended.is_null()) co_return false;
+  session_->all_from = std::numeric_limits<std::uint64_t>::max();
+  const bool subscribed = co_await subscribe();
+  co_return subscribed;
 }
 
 bool Client::is_late(const json::object& event) const {

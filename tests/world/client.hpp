@@ -38,6 +38,8 @@ class Client {
   /// Opens a session and subscribes to all topics, missed events included. @return whether it is open
   boost::asio::awaitable<bool> connect();
   const std::string& name() const { return name_; }
+  /// Ends the subscription, and subscribes to all events since. @return whether it could
+  boost::asio::awaitable<bool> subscribe_again();
   bool is_connected() const;
   void disconnect();
   /// Name and role that the daemon knows the client by, since its first session; empty before.
@@ -61,12 +63,15 @@ class Client {
  private:
   struct Session;
   static boost::asio::awaitable<void> read(Client& client, std::shared_ptr<Session> session);
+  boost::asio::awaitable<boost::json::object> credentials();
+  boost::asio::awaitable<bool> subscribe();
   void take(Session& session, const std::string& line);
 
   World& world_;
   std::string name_, token_, user_, role_;
   std::shared_ptr<Session> session_;
   std::uint64_t seq_ = 0;  // of the last event
+  int proofs_ = 0;
 };
 
 }  // namespace truepose::world

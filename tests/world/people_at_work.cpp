@@ -51,10 +51,14 @@ Wait PeopleAtWork::work(drivers::TimePoint end, double production_h_per_day) {
 
 Wait PeopleAtWork::next_task(double production_h_per_day) {
   const double which = random_.uniform();
-  if (which < 0.25) {
+  if (which < 0.20) {
     co_await campaign("campaign.start");
-  } else if (which < 0.40) {
+  } else if (which < 0.30) {
     co_await campaign("drift.check");
+  } else if (which < 0.45) {
+    co_await measure();
+  } else if (which < 0.50) {
+    co_await measuring_.use_result();
   } else if (which < 0.65) {
     co_await produce(production_h_per_day);
   } else if (which < 0.72) {
@@ -65,8 +69,14 @@ Wait PeopleAtWork::next_task(double production_h_per_day) {
     co_await activate_a_model();
   } else if (which < 0.88) {
     co_await orders_.give("cell.disconnect");
-  } else if (which < 0.94) {
+  } else if (which < 0.91) {
     co_await orders_.give("recording.save");
+  } else if (which < 0.95) {
+    co_await stream_once();
+  } else {
+    co_await reading_.read_all();
+    json::object by{{"name", "panel"}};
+    co_await orders_.give("audit.acknowledge", std::move(by));
   }
 }
 
@@ -92,6 +102,21 @@ Wait PeopleAtWork::campaign(std::string method) {
     co_await orders_.give(random_.uniform() < 0.5 ? "campaign.pause" : "campaign.abort");
   }
   co_await bring_to_order();
+}
+
+Wait PeopleAtWork::measure() {
+  const bool runs = co_await measuring_.start_one();
+  if (!runs) co_return;
+  ++campaigns;
+  co_await bring_to_order();
+  co_await measuring_.use_result();
+}
+
+Wait PeopleAtWork::stream_once() {
+  const json::value started = co_await orders_.give("stream.start");
+  if (!is_result(started)) co_return;
+  co_await pause(10s, 2min);
+  co_await orders_.give("stream.stop");
 }
 
 Wait PeopleAtWork::produce(double production_h_per_day) {

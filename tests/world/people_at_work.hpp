@@ -7,8 +7,10 @@
 
 #include "core/math/random.hpp"
 #include "tests/world/cell.hpp"
+#include "tests/world/measuring.hpp"
 #include "tests/world/model_judge.hpp"
 #include "tests/world/orders.hpp"
+#include "tests/world/reading.hpp"
 #include "tests/world/soak_log.hpp"
 #include "tests/world/status_judge.hpp"
 
@@ -33,6 +35,8 @@ class PeopleAtWork {
   Wait next_task(double production_h_per_day);
   Wait pause(drivers::Duration shortest, drivers::Duration longest);
   Wait campaign(std::string method);
+  Wait measure();
+  Wait stream_once();
   Wait produce(double production_h_per_day);
   Wait run_program();
   Wait activate_a_model();
@@ -48,6 +52,8 @@ class PeopleAtWork {
   ModelJudge& models_;
   Random random_;
   Orders orders_{cell_.panel, log_};
+  Measuring measuring_{cell_, orders_, random_};
+  Reading reading_{cell_.panel, log_, random_};
 };
 
 }  // namespace truepose::world

@@ -67,18 +67,17 @@ void PointJudge::compare_with_truth(const std::string& campaign, const json::obj
 }
 
 asio::awaitable<void> PointJudge::compare_with_store(Client& client) {
-  std::set<std::string> all;
-  for (const auto& [id, campaign] : campaigns_) all.insert(id);
   constexpr std::size_t kPage = 100;
   for (std::size_t offset = 0, listed = kPage; listed == kPage; offset += kPage) {
     json::object page{{"limit", kPage}, {"offset", offset}};
     const json::value answer = co_await client.ask("campaign.list", std::move(page));
     if (!is_result(answer)) co_return log_.broken("campaigns are not listed: " + json::serialize(answer));
     const json::array& campaigns = result_of(answer).at("campaigns").as_array();
-    for (const json::value& campaign : campaigns) all.insert(text_at(campaign.as_object(), "id"));
+    for (const json::value& campaign : campaigns)
+      campaigns_[text_at(campaign.as_object(), "id")].points_of = text_at(campaign.as_object(), "points_of");
     listed = campaigns.size();
   }
-  for (const std::string& id : all) co_await compare(client, id);
+  for (const auto& [id, campaign] : campaigns_) co_await compare(client, id);
 }
 
 asio::awaitable<void> PointJudge::compare(Client& client, std::string id) {
@@ -93,7 +92,7 @@ asio::awaitable<void> PointJudge::compare(Client& client, std::string id) {
       judge_stored(id, point.as_object());
     next = result_of(answer).at("next");
   }
-  for (const std::string& point : campaigns_[id].reported) {
+  for (const std::string& point : campaigns_.at(id).reported) {
     if (!stored_.contains(point))
       log_.broken("campaign " + id + ": the reported point " + point + " is lost");
   }
@@ -106,8 +105,10 @@ void PointJudge::judge_stored(const std::string& id, const json::object& point) 
       text_at(point, "purpose") + ' ' + json::serialize(point.at("pose")) + ' ' + text_at(point, "smr");
   if (is_single(point) && !stored_poses_.insert(pose).second)
     log_.broken("campaign " + id + " has measured a pose twice: " + text);
+  const std::string& points_of = campaigns_.at(id).points_of;
   // Of poses that a resumption measures again nothing is reported.
-  if (text_at(point, "purpose") != "check" && !campaigns_[id].reported.contains(text))
+  if (text_at(point, "purpose") != "check" &&
+      !campaigns_.at(points_of.empty() ? id : points_of).reported.contains(text))
     log_.broken("campaign " + id + " has a point that was never reported: " + text);
 }
 

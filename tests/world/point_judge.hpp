@@ -33,6 +33,7 @@ class PointJudge {
   struct Campaign {
     Eigen::Vector3d tracker_moved_mm{0, 0, 0};  // as it began
     std::set<std::string> reported;             // points
+    std::string points_of{};                    // that measured its points; empty: itself
   };
 
   void compare_with_truth(const std::string& campaign, const boost::json::object& measurement);

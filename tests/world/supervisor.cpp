@@ -54,10 +54,26 @@ Wait Supervisor::cross() {
                                 "cell.disconnect", "model.rollback", "cell.connect"};
   const auto which = static_cast<std::size_t>(random_.uniform() * kMethods.size());
   const std::string method = kMethods.at(which);
+  if (method == "cell.connect") {
+    co_await connect_as_job();
+    co_return;
+  }
   const json::value answer = co_await orders_.give(method);
   if (method != "stream.arm" || !is_result(answer)) co_return;
   co_await pass(10s, 10min);
   co_await orders_.give("stream.disarm");
+}
+
+Wait Supervisor::connect_as_job() {
+  json::object as_job{{"job", true}};
+  const json::value begun = co_await orders_.give("cell.connect", std::move(as_job));
+  if (!is_result(begun)) co_return;
+  for (std::string state = "running"; state == "running";) {
+    co_await pass(1s, 10s);
+    json::object which{{"id", result_of(begun).at("job")}};
+    const json::value job = co_await cell_.supervisor.ask("job.get", std::move(which));
+    state = is_result(job) ? text_at(result_of(job), "state") : std::string{};
+  }
 }
 
 /// For some leases; then gives it back, lets it run out, or loses it with the connection.

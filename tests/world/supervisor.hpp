@@ -29,6 +29,7 @@ class Supervisor {
 
   Wait look();
   Wait cross();
+  Wait connect_as_job();
   Wait take_control();
   boost::asio::awaitable<bool> connect();
   Wait pass(drivers::Duration shortest, drivers::Duration longest);
