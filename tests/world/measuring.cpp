@@ -48,7 +48,7 @@ asio::awaitable<bool> Measuring::start(json::object what) {
   co_return is_result(begun);
 }
 
-/// The arm is jogged to three places, each of which is taken as a touch of the tool.
+/// The arm is jogged to three places, and each is taken as a touch of the tool.
 asio::awaitable<bool> Measuring::touch_base() {
   const json::array points{"origin", "x", "xy"};
   json::object what{{"kind", "base"}, {"number", kBase}, {"touch", kTool}, {"points", points}};
