@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -7,21 +8,23 @@
 
 namespace truepose::soak {
 
-/// FNV-1a over all data that it gets: two runs that did the same have the same value.
+/// Over all data that it gets: two runs that did the same have the same value.
 class EventHash {
  public:
   void add(std::string_view text) {
-    for (const char c : text) add_byte(static_cast<unsigned char>(c));
+    std::uint64_t word = 0;
+    for (; text.size() >= sizeof word; text.remove_prefix(sizeof word)) {
+      std::memcpy(&word, text.data(), sizeof word);
+      add_word(word);
+    }
+    for (const char c : text) add_word(static_cast<unsigned char>(c));
   }
-  void add(double value) {
-    unsigned char bytes[sizeof value];
-    std::memcpy(bytes, &value, sizeof value);
-    for (const unsigned char byte : bytes) add_byte(byte);
-  }
+  void add(double value) { add_word(std::bit_cast<std::uint64_t>(value)); }
   std::uint64_t value() const { return value_; }
 
  private:
-  void add_byte(unsigned char byte) { value_ = (value_ ^ byte) * 0x100000001b3U; }
+  /// The rotation brings what the product has carried to the top back down.
+  void add_word(std::uint64_t word) { value_ = std::rotr((value_ ^ word) * 0x9e3779b97f4a7c15U, 29); }
 
   std::uint64_t value_ = 0xcbf29ce484222325U;
 };

@@ -39,7 +39,7 @@ void AxisJudge::see(const RsiCycle& cycle) {
 }
 
 void AxisJudge::look(const std::string& state) {
-  const JointVector q_rad = cell_.devices.arm().q;
+  const JointVector q_rad = cell_.devices.axes();
   const std::string now = cell_.pc.runs() ? state : "off";
   judge_limits(q_rad, "in state " + now);
   judge_rest(q_rad, now);

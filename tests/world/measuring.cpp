@@ -55,7 +55,7 @@ asio::awaitable<bool> Measuring::touch_base() {
   const bool runs = co_await start(std::move(what));
   if (!runs) co_return false;
   constexpr std::array<std::array<double, 2>, 3> kTurns_rad{{{0, 0}, {0.1, 0}, {0, 0.1}}};
-  const JointVector from = cell_.devices.arm().q;
+  const JointVector from = cell_.devices.axes();
   turn_key(config::ScenarioFault::Mode::T1);
   for (const auto& turn_rad : kTurns_rad) {
     co_await cell_.world.pass(30s);

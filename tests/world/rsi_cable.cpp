@@ -90,7 +90,7 @@ class Session final : public sim::RsiSession {
   }
   ~Session() override { stop(); }
 
-  Arm arm() const override { return {cycles_->exchange.client().axes(), cycles_->moving()}; }
+  JointVector axes() const override { return cycles_->exchange.client().axes(); }
   sim::RsiStatistics statistics() const override { return cycles_->statistics(); }
   void stop() override { cycles_->stopped = true; }
   void disturb(config::ScenarioFault fault) override { cycles_->exchange.disturb(std::move(fault)); }
@@ -124,8 +124,6 @@ class Session final : public sim::RsiSession {
       second = std::make_unique<Session>(cable, executor, its, std::move(twin),
                                          sim::RsiListener{.ended = [](sim::RsiEnd) {}});
     }
-
-    bool moving() const { return exchange.client().moving() && !exchange.end(); }
 
     sim::RsiStatistics statistics() const {
       sim::RsiStatistics all;

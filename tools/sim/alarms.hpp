@@ -3,7 +3,6 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <functional>
 #include <memory>
-#include <set>
 
 #include "drivers/clock.hpp"
 
@@ -18,17 +17,16 @@ class Alarms {
   Alarms(const Alarms&) = delete;
   Alarms& operator=(const Alarms&) = delete;
 
-  /// @param ring  called once on the executor, never from within at()
+  /// @param ring  called once on the executor, never from within at(); those of one moment in the order of
+  /// at()
   void at(drivers::TimePoint when, std::function<void()> ring);
   /// Cancels all that have not rung.
   void clear();
 
  private:
-  struct Alarm;
+  struct Pending;
 
-  boost::asio::any_io_executor executor_;
-  drivers::Clock& clock_;
-  std::set<std::shared_ptr<Alarm>> pending_;
+  std::shared_ptr<Pending> pending_;  ///< shared with the coroutines that sleep until the next
 };
 
 }  // namespace truepose::sim

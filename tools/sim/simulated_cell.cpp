@@ -237,23 +237,30 @@ void SimulatedCell::received(const std::string& channel, std::string_view docume
   follow();
 }
 
-RsiSession::Arm SimulatedCell::arm() const {
-  return rsi_ ? rsi_->arm() : RsiSession::Arm{controller_.axes(), controller_.is_moving()};
-}
+JointVector SimulatedCell::axes() const { return rsi_ ? rsi_->axes() : controller_.axes(); }
 
 TargetSight SimulatedCell::look() const {
-  TargetSight sight{.p_WS_mm = std::nullopt, .moving = false};
-  const RsiSession::Arm arm = this->arm();
-  sight.moving = arm.moving;
+  const JointVector q = axes();
+  // The tracker looks often, and the arm stands for long.
+  if (!seen_ || seen_at_ != q) {
+    seen_ = seen_of(q);
+    seen_at_ = q;
+  }
+  return *seen_;
+}
+
+/// What the tracker sees of the arm while that stands so.
+TargetSight SimulatedCell::seen_of(const JointVector& q) const {
+  TargetSight sight;
   std::vector<int> unhidden;
-  if (sight_) unhidden = sight_->seen_at(arm.q);
+  if (sight_) unhidden = sight_->seen_at(q);
   for (std::size_t k = 0; k < arm_.reflectors(); ++k) {
     const bool hidden = sight_ && std::ranges::find(unhidden, static_cast<int>(k)) == unhidden.end();
     std::optional<Eigen::Vector3d> p_mm;
-    if (!hidden && arm_.visible(arm.q, k)) p_mm = arm_.p_WS_mm(arm.q, k);
+    if (!hidden && arm_.visible(q, k)) p_mm = arm_.p_WS_mm(q, k);
     if (k == 0) {
       sight.p_WS_mm = p_mm;
-      sight.R_WT = arm_.R_WT(arm.q);
+      sight.R_WT = arm_.R_WT(q);
     } else {
       sight.others_mm.push_back(p_mm);
     }
@@ -281,6 +288,7 @@ void SimulatedCell::follow() {
   for (; stops_seen_ < controller_.stops(); ++stops_seen_) {
     arm_.warm_up(now());
     arm_.move_to(controller_.axes());
+    seen_.reset();
   }
   if (const auto session = controller_.rsi(); session && !rsi_) start_rsi(*session);
   next_change_.clear();
@@ -351,7 +359,7 @@ void SimulatedCell::rsi_ended(std::uint64_t session, RsiEnd end) {
   ended->stop();
   ended_sessions_.add(ended->statistics());
   passed_ = machine_.clock.now();
-  controller_.rsi_ended(session, end, ended->arm().q);
+  controller_.rsi_ended(session, end, ended->axes());
   if (end != RsiEnd::Off)
     operate_later(std::chrono::ceil<SimTime>(Seconds{scenario_.operator_s}),
                   {.kind = OperatorAct::Kind::Start});
@@ -388,6 +396,7 @@ void SimulatedCell::put_reflector(const Eigen::Vector3d& p_FS_mm) {
   scenario_.p_FS_mm = p_FS_mm;
   arm_.put_reflector(p_FS_mm);
   sight_ = sight_of(scenario_);
+  seen_.reset();
 }
 
 void SimulatedCell::jog(const JointVector& q) {

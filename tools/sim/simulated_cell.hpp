@@ -70,7 +70,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   void begin(config::ScenarioFault fault);
   Controller::Program program() const { return controller_.program(); }
   /// Where the arm is, and whether it moves.
-  RsiSession::Arm arm() const;
+  JointVector axes() const;
   /// What of the controller's archive is not simulated: programs stop where they come to it.
   const std::vector<krl::Fault>& not_simulated() const { return controller_.not_simulated(); }
   /// Has all in the path file that came to be known.
@@ -81,6 +81,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   void lost(const std::string& channel) override;
   void received(const std::string& channel, std::string_view document) override;
   TargetSight look() const override;
+  TargetSight seen_of(const JointVector& q) const;
 
   SimTime now() const;
   void pass_time();
@@ -108,6 +109,8 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   CellOptions options_;
   TrueArm arm_;
   mutable std::optional<PoseChecker> sight_;  // what the arm's body hides; none: nothing
+  mutable std::optional<TargetSight> seen_;   // by the tracker; none where the arm or a reflector has moved
+  mutable JointVector seen_at_;
   Random noise_random_;
   std::unique_ptr<PathLog> path_;
   Controller controller_;

@@ -89,7 +89,6 @@ void Controller::boot() {
 
 void Controller::advance(SimTime by) {
   const std::lock_guard lock{mutex_};
-  run_programs();
   for (const SimTime end = time_ + by; time_ < end && !rsi_on_;) {
     SimTime step = end - time_;
     if (const auto motion = motion_.until_change(kCycle)) step = std::min(step, sim_time(*motion));
@@ -411,7 +410,7 @@ void Controller::rsi_ended(std::uint64_t session, RsiEnd end, const JointVector&
     close_rsi();
     rsi_context_.reset();
   }
-  if (end == RsiEnd::Off) return;
+  if (end == RsiEnd::Off) return run_programs();
   messages_.emplace_back(
       end == RsiEnd::Timeout
           ? "KSS29002: Object ETHERNET1 returns error RSITimeout: too many cycles without a valid reply"
@@ -419,6 +418,7 @@ void Controller::rsi_ended(std::uint64_t session, RsiEnd end, const JointVector&
           ? "KSS29000: POSCORR: overall correction exceeded: RSI is stopped"
           : "AXISCORRMON: the correction of an axis is larger than the monitor allows");
   stop_program(true);
+  run_programs();
 }
 
 bool Controller::drives_on() const {

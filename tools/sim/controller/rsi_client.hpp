@@ -183,7 +183,6 @@ class RsiClient {
   const JointVector& axes() const { return servo_.position(); }        ///< actual
   const rsi::Axes& correction_rad() const { return correction_rad_; }  ///< in effect
   std::uint64_t ipoc() const { return ipoc_; }
-  bool moving() const { return program_->moving(); }
   bool is_on() const { return program_->is_on(); }
   bool answered() const { return reply_.has_value(); }
   const RsiCounters& counters() const { return counters_; }

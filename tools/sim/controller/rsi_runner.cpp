@@ -55,7 +55,7 @@ class RsiRunner final : public RsiSession, RsiWire {
         socket_{open_socket()},
         exchange_{*this, std::move(client), options.cycle, options.faults, options.cycles_before},
         listener_{std::move(listener)},
-        arm_{exchange_.client().axes(), exchange_.client().moving()} {
+        axes_{exchange_.client().axes()} {
     statistics_.sessions = 1;
     thread_ = std::thread{[this] { run(); }};
     const sched_param fifo{.sched_priority = kPriority};
@@ -70,9 +70,9 @@ class RsiRunner final : public RsiSession, RsiWire {
     if (thread_.joinable()) thread_.join();
   }
 
-  Arm arm() const override {
+  JointVector axes() const override {
     const std::lock_guard lock{mutex_};
-    return arm_;
+    return axes_;
   }
 
   RsiStatistics statistics() const override {
@@ -203,7 +203,7 @@ class RsiRunner final : public RsiSession, RsiWire {
   void publish(nanoseconds overrun) {
     const RsiClient& client = exchange_.client();
     const std::lock_guard lock{mutex_};
-    arm_ = {client.axes(), client.moving() && !exchange_.end()};
+    axes_ = client.axes();
     statistics_.counters = client.counters();
     statistics_.second_senders = second_senders();
     statistics_.timeouts += exchange_.end() == RsiEnd::Timeout;
@@ -221,7 +221,7 @@ class RsiRunner final : public RsiSession, RsiWire {
   std::array<char, 65536> buffer_{};
   std::atomic<bool> stopping_{false};
   mutable std::mutex mutex_;
-  Arm arm_;                                  // guarded by mutex_
+  JointVector axes_;                         // guarded by mutex_
   RsiStatistics statistics_;                 // guarded by mutex_
   std::vector<ScenarioFault> disturbances_;  // guarded by mutex_; not yet begun
   // The thread's alone:

@@ -36,11 +36,7 @@ class RsiSession {
  public:
   virtual ~RsiSession() = default;
 
-  struct Arm {
-    JointVector q;  ///< actual
-    bool moving = false;
-  };
-  virtual Arm arm() const = 0;
+  virtual JointVector axes() const = 0;  ///< actual
   virtual RsiStatistics statistics() const = 0;
 
   /// Ends the session with the cycle that is under way, which the statistics then contain.

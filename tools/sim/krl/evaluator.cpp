@@ -101,8 +101,8 @@ Place Evaluator::pop_place() {
   return place;
 }
 
-bool Evaluator::execute(const Instruction& instruction) {
-  return execute_place(instruction) || operate(instruction, program_, *this);
+void Evaluator::execute(const Instruction& instruction) {
+  if (!execute_place(instruction)) operate(instruction, program_, *this);
 }
 
 void Evaluator::execute_all(std::size_t at) {

@@ -40,8 +40,7 @@ class Evaluator {
   std::vector<Operand> operands;
   std::vector<Locals> locals;  ///< of each frame
 
-  /// @return false where it is no such instruction
-  bool execute(const Instruction& instruction);
+  void execute(const Instruction& instruction);
   /// Executes from `at` to Done. Its Fault has file and line.
   void execute_all(std::size_t at);
 
@@ -65,6 +64,7 @@ class Evaluator {
   };
   Asked asked_of_host(const Place& place) const;
 
+  /// @return false where it is no such instruction
   bool execute_place(const Instruction& instruction);
   Value fetch(const Place& place);
   void push_set(const Value& value, const Place& place);

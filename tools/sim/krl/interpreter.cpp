@@ -170,7 +170,8 @@ void Interpreter::stop_by(Fault fault) {
 void Interpreter::step() {
   Frame& frame = frames_.back();
   const Instruction& instruction = program_.code[frame.at++];
-  if (evaluator_.execute(instruction)) {
+  if (instruction.op < Op::Statement) {
+    evaluator_.execute(instruction);
     has_changed_ |= instruction.op == Op::Store;
   } else {
     has_changed_ |= !only_leads_on(instruction.op);

@@ -94,6 +94,7 @@ std::int32_t to_int(double number) {
   return static_cast<std::int32_t>(rounded);
 }
 
+/// @return false where it takes two values
 bool operate_on_one(const Instruction& instruction, const Program& program, Evaluator& evaluator) {
   switch (instruction.op) {
     case Op::ToReal:
@@ -143,11 +144,9 @@ bool operate_on_one(const Instruction& instruction, const Program& program, Eval
 
 double to_real(double number) { return checked(static_cast<double>(static_cast<float>(number))); }
 
-bool operate(const Instruction& instruction, const Program& program, Evaluator& evaluator) {
-  if (operate_on_one(instruction, program, evaluator)) return true;
+void operate(const Instruction& instruction, const Program& program, Evaluator& evaluator) {
+  if (operate_on_one(instruction, program, evaluator)) return;
   const Op op = instruction.op;
-  const bool is_known = (op >= Op::Add && op <= Op::Compose);
-  if (!is_known) return false;
   const Value right = evaluator.pop(), left = evaluator.pop();
   switch (op) {
     case Op::Add:
@@ -182,7 +181,6 @@ bool operate(const Instruction& instruction, const Program& program, Evaluator& 
       evaluator.push(comparison_holds(op, left, right));
       break;
   }
-  return true;
 }
 
 }  // namespace truepose::sim::krl

@@ -6,8 +6,8 @@ namespace truepose::sim::krl {
 
 /// Carries out an operator: takes its operands from the stack and leaves the result there.
 /// Throws Fault without file and line: division by zero, a number that does not fit into its type.
-/// @return false where it is no operator
-bool operate(const Instruction& instruction, const Program& program, Evaluator& evaluator);
+/// @pre it is an operator
+void operate(const Instruction& instruction, const Program& program, Evaluator& evaluator);
 
 /// As a REAL variable holds it: 32 bits.
 double to_real(double number);

@@ -21,7 +21,6 @@ struct TargetSight {
   /// True centre of the SMR in the tracker's frame, mm; nothing while the beam cannot return from it (turned
   /// out of its acceptance cone, or hidden by the arm).
   std::optional<Eigen::Vector3d> p_WS_mm;
-  bool moving = false;                                      ///< the arm is not standing still
   std::vector<std::optional<Eigen::Vector3d>> others_mm{};  ///< the same of its further SMRs
   Eigen::Matrix3d R_WT = Eigen::Matrix3d::Identity();       ///< of the first, where it is a 6-D target
 };
