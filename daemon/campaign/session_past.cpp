@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/planted_bug.hpp"
+
 namespace truepose::daemon {
 
 namespace {
@@ -49,7 +51,7 @@ CampaignOutcome<void> SessionPast::note_resumption() {
 
 std::expected<std::optional<SessionPast::Points>, CampaignError> SessionPast::take(
     const MeasuringTarget& target) {
-  if (!past_) return std::nullopt;
+  if (!past_ || planted("a resumed campaign measures all again")) return std::nullopt;
   if (const auto wrong = contradiction(target)) return std::unexpected(*wrong);
   const Points points = take_points(target.pose, target.purpose);
   if (points.empty() && !take_skipped(target.pose)) return std::nullopt;
