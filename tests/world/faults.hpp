@@ -13,6 +13,7 @@ namespace truepose::world {
 struct FaultKind {
   std::string_view name;
   double per_day;
+  bool of_rsi;  ///< happens while a session runs, and waits for one
   /// Lets it happen, and returns once it is over.
   boost::asio::awaitable<void> (*happen)(Cell&, Random&);
 };

@@ -161,6 +161,7 @@ class Session final : public sim::RsiSession {
 
   static asio::awaitable<void> run(std::shared_ptr<Cycles> its) {
     drivers::Clock& clock = its->cable.clock();
+    its->cable.session_begins();
     its->exchange.begin_at(clock.now());
     while (!its->exchange.end() && !its->stopped) {
       while (its->exchange.begin_faults()) {
@@ -182,6 +183,7 @@ class Session final : public sim::RsiSession {
       its->cable.on_cycle({its->session, its->datagram, its->reply, its->exchange.end()});
       for (const std::string& name : its->exchange.take_unknown_names()) its->listener.unknown_name(name);
     }
+    its->cable.session_ends();
     if (its->exchange.end() && !its->stopped) its->listener.ended(*its->exchange.end());
   }
 

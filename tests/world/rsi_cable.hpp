@@ -40,6 +40,9 @@ class RsiCable {
   drivers::Clock& clock() const { return clock_; }
   std::uint16_t next_port() { return ++last_port_; }
   std::uint64_t next_session() { return ++last_session_; }
+  void session_begins() { ++under_way_; }
+  void session_ends() { --under_way_; }
+  bool has_session() const { return under_way_ > 0; }
 
   bool cut = false;                                       ///< nothing passes
   drivers::Duration way{std::chrono::microseconds{150}};  ///< from a datagram to its reply
@@ -53,6 +56,7 @@ class RsiCable {
   Link* link_ = nullptr;  // of the daemon that runs
   std::uint16_t last_port_ = 50'000;
   std::uint64_t last_session_ = 0;
+  int under_way_ = 0;  // sessions
 };
 
 }  // namespace truepose::world

@@ -142,6 +142,8 @@ class Soak {
       const auto wait = std::chrono::duration_cast<drivers::Duration>(days);
       if (log_.now() + wait > end_ - kCalmEnd) co_return;
       co_await cell_.world.pass(wait);
+      while (kind.of_rsi && !cell_.world.rsi.has_session()) co_await cell_.world.pass(5s);
+      if (log_.now() > end_ - kCalmEnd) co_return;
       ++report_.faults[std::string{kind.name}];
       log_.begin_fault(kind.name);
       co_await kind.happen(cell_, random);

@@ -69,7 +69,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   /// A fault that begins now.
   void begin(config::ScenarioFault fault);
   Controller::Program program() const { return controller_.program(); }
-  /// Where the arm is, and whether it moves.
+  /// Where the arm is, rad.
   JointVector axes() const;
   /// What of the controller's archive is not simulated: programs stop where they come to it.
   const std::vector<krl::Fault>& not_simulated() const { return controller_.not_simulated(); }
