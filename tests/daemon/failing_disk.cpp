@@ -1,6 +1,9 @@
 #include "tests/daemon/failing_disk.hpp"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -16,12 +19,25 @@ constexpr std::int64_t kSector = 512;
 
 }  // namespace
 
+struct FailingDisk::File {
+  ~File() {
+    if (place >= 0) ::close(place);
+  }
+  int place = -1;  ///< the empty file of the real disk, open: no other file can have its number
+  std::vector<std::uint8_t> synced{}, now{};
+  std::vector<Write> since{};
+  int opened = 0;         ///< how many connections hold it at all
+  bool reserved = false;  ///< one of them writes
+  std::vector<std::vector<std::uint8_t>> shared_memory{};
+};
+
 /// What SQLite has of a file that it opened.
 struct DiskFile {
   sqlite3_file base{};
   FailingDisk* disk = nullptr;
   std::shared_ptr<FailingDisk::File> file{};
   int lock = SQLITE_LOCK_NONE;
+  std::filesystem::path unsynced_folder{};  // of a log that is new
 
   static DiskFile& of(sqlite3_file* file) { return *reinterpret_cast<DiskFile*>(file); }
   static FailingDisk& disk_of(sqlite3_vfs* vfs) { return *static_cast<FailingDisk*>(vfs->pAppData); }
@@ -56,8 +72,9 @@ struct DiskFile {
   static int sync(sqlite3_file* f, int) {
     const int code = of(f).disk->change(SQLITE_OK, SQLITE_IOERR_FSYNC);
     if (code != SQLITE_OK) return code;
-    for (const FailingDisk::Write& write : of(f).file->since) FailingDisk::apply(write, of(f).file->synced);
-    of(f).file->since.clear();
+    FailingDisk::sync(*of(f).file);
+    const std::filesystem::path folder = std::exchange(of(f).unsynced_folder, {});
+    if (!folder.empty()) of(f).disk->on_folder_sync(folder);
     return SQLITE_OK;
   }
   static int size(sqlite3_file* f, sqlite3_int64* bytes) {
@@ -146,21 +163,29 @@ struct DiskFile {
     if (name == nullptr) {
       made->file = std::make_shared<FailingDisk::File>();
     } else {
-      auto& place = disk.files_[name];
-      if (!place) place = std::make_shared<FailingDisk::File>();
-      made->file = place;
+      made->file = disk.file_at(name);
+      const bool is_log = (flags & (SQLITE_OPEN_WAL | SQLITE_OPEN_MAIN_JOURNAL)) != 0;
+      if (!made->file && is_log) made->unsynced_folder = std::filesystem::path{name}.parent_path();
+      if (!made->file) made->file = disk.make_at(name);
+      if (!made->file) {
+        of(f).~DiskFile();
+        f->pMethods = nullptr;
+        return SQLITE_CANTOPEN;
+      }
     }
     made->disk = &disk;
     made->base.pMethods = methods();
     return SQLITE_OK;
   }
-  static int remove(sqlite3_vfs* vfs, const char* name, int) {
+  static int remove(sqlite3_vfs* vfs, const char* name, int syncs_folder) {
     const int code = disk_of(vfs).change(SQLITE_OK, SQLITE_IOERR_DELETE);
-    if (code == SQLITE_OK) disk_of(vfs).files_.erase(name);
-    return code;
+    if (code != SQLITE_OK) return code;
+    ::unlink(name);
+    if (syncs_folder != 0) disk_of(vfs).on_folder_sync(std::filesystem::path{name}.parent_path());
+    return SQLITE_OK;
   }
   static int access(sqlite3_vfs* vfs, const char* name, int, int* there) {
-    *there = disk_of(vfs).files_.contains(name) ? 1 : 0;
+    *there = disk_of(vfs).file_at(name) ? 1 : 0;
     return SQLITE_OK;
   }
   static int full_path(sqlite3_vfs* vfs, const char* name, int size, char* path) {
@@ -205,15 +230,53 @@ void FailingDisk::fail_after(int count, Fault fault, int faults) {
   changes_ = 0;
 }
 
-int FailingDisk::change(int full, int broken) {
-  if (powerless_) {
-    reason_ = EIO;
-    return broken;
-  }
+int FailingDisk::change(bool takes_room) {
+  if (powerless_) return EIO;
   ++changes_;
-  if (fault_ == Fault::None || changes_ <= healthy_ || changes_ > healthy_ + faults_) return SQLITE_OK;
-  reason_ = fault_ == Fault::Full ? ENOSPC : EIO;
-  return fault_ == Fault::Full ? full : broken;
+  if (fault_ == Fault::None || changes_ <= healthy_ || changes_ > healthy_ + faults_) return 0;
+  if (fault_ == Fault::Broken) return EIO;
+  return takes_room ? ENOSPC : 0;
+}
+
+int FailingDisk::change(int full, int broken) {
+  const int failed = change(full != SQLITE_OK);
+  if (failed == 0) return SQLITE_OK;
+  reason_ = failed;
+  return failed == ENOSPC ? full : broken;
+}
+
+std::shared_ptr<FailingDisk::File> FailingDisk::file_at(const std::filesystem::path& path) const {
+  struct stat there {};
+  if (::stat(path.c_str(), &there) != 0) return nullptr;
+  const auto is_there = [&](const std::shared_ptr<File>& file) {
+    struct stat place {};
+    return ::fstat(file->place, &place) == 0 && place.st_ino == there.st_ino && place.st_dev == there.st_dev;
+  };
+  const auto found = std::ranges::find_if(files_, is_there);
+  return found == files_.end() ? nullptr : *found;
+}
+
+std::shared_ptr<FailingDisk::File> FailingDisk::make_at(const std::filesystem::path& path) {
+  const auto is_gone = [](const std::shared_ptr<File>& file) {
+    struct stat place {};
+    return file.use_count() == 1 && ::fstat(file->place, &place) == 0 && place.st_nlink == 0;
+  };
+  std::erase_if(files_, is_gone);
+  auto file = std::make_shared<File>();
+  move(*file, path);
+  if (file->place < 0) return nullptr;
+  files_.push_back(file);
+  return file;
+}
+
+void FailingDisk::move(File& file, const std::filesystem::path& path) {
+  if (file.place >= 0) ::close(file.place);
+  file.place = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, S_IRUSR | S_IWUSR);
+}
+
+void FailingDisk::sync(File& file) {
+  for (const Write& write : file.since) apply(write, file.synced);
+  file.since.clear();
 }
 
 void FailingDisk::write(File& file, Write change) {
@@ -253,13 +316,13 @@ void FailingDisk::lose_unsynced(File& file) {
 }
 
 void FailingDisk::restore_power() {
-  for (auto& [name, file] : files_) lose_unsynced(*file);
+  for (const auto& file : files_) lose_unsynced(*file);
   restore_process();
 }
 
 void FailingDisk::restore_process() {
   powerless_ = false;
-  for (auto& [name, file] : files_) {
+  for (const auto& file : files_) {
     file->shared_memory.clear();
     file->opened = 0;
     file->reserved = false;

@@ -2,10 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
+#include <functional>
 #include <memory>
 #include <random>
-#include <string>
 #include <vector>
 
 struct sqlite3_vfs;
@@ -15,11 +14,13 @@ namespace truepose::test {
 /// A disk under SQLite that can be full, fail, and lose its power: a file system of SQLite's, in memory,
 /// which remembers of each file what was synced, and what was written since in which order.
 ///
-/// It becomes SQLite's default file system for as long as it lives, so that every store that is opened then
-/// is on it, whatever its path; the file that a store makes itself on the real disk, so that it has its
-/// rights, stays empty.
+/// It becomes SQLite's default file system for as long as it lives: every store that is opened then is on it,
+/// whatever its path. Bytes are in memory, names on the real disk, where the files are empty: they can be
+/// renamed, linked and removed there.
 class FailingDisk {
  public:
+  struct File;
+
   explicit FailingDisk(std::uint64_t seed = 0);
   ~FailingDisk();
   FailingDisk(const FailingDisk&) = delete;
@@ -41,30 +42,36 @@ class FailingDisk {
   /// The same where only the process was killed: what it had written stays.
   void restore_process();
 
+  /// A change of a file that is not SQLite's. @param takes_room  of the disk: a full one refuses it
+  /// @return 0, ENOSPC or EIO
+  int change(bool takes_room);
+  /// The bytes behind a file of the real disk; null: SQLite has none there.
+  std::shared_ptr<File> file_at(const std::filesystem::path& path) const;
+  /// Puts them behind another one, where the file system has removed theirs.
+  static void move(File& file, const std::filesystem::path& path);
+  /// As fsync().
+  static void sync(File& file);
+  /// SQLite syncs the folder of a log with its first bytes, and where it has removed one.
+  std::function<void(const std::filesystem::path& folder)> on_folder_sync = [](const auto&) {};
+
  private:
   friend struct DiskFile;
   struct Write {
     std::int64_t offset;  ///< negative: the file is cut at ~offset
     std::vector<std::uint8_t> bytes;
   };
-  struct File {
-    std::vector<std::uint8_t> synced, now;
-    std::vector<Write> since;
-    int opened = 0;         ///< how many connections hold it at all
-    bool reserved = false;  ///< one of them writes
-    std::vector<std::vector<std::uint8_t>> shared_memory;
-  };
-  using Files = std::map<std::string, std::shared_ptr<File>>;
+  using Files = std::vector<std::shared_ptr<File>>;
 
-  /// Whether the next change succeeds.
+  /// The same of a file of SQLite's.
   /// @param full, broken  what it ends with otherwise
   int change(int full, int broken);
+  std::shared_ptr<File> make_at(const std::filesystem::path& path);
   void write(File& file, Write change);
   void lose_unsynced(File& file);
   static void apply(const Write& write, std::vector<std::uint8_t>& bytes);
 
   std::mt19937_64 random_;
-  Files files_;
+  Files files_;  ///< in the order in which they were made
   Fault fault_ = Fault::None;
   int healthy_ = 0, faults_ = 0, changes_ = 0;
   bool powerless_ = false;

@@ -98,7 +98,11 @@ struct CellPc::Life {
 
 CellPc::CellPc(World& world, test::FailingDisk& disk, config::CellConfig config,
                std::filesystem::path runtime)
-    : world_{world}, disk_{disk}, config_{std::move(config)}, runtime_{std::move(runtime)} {
+    : world_{world},
+      disk_{disk},
+      config_{std::move(config)},
+      runtime_{std::move(runtime)},
+      files_{".", world.random.next(), disk} {
   std::filesystem::create_directories(runtime_);
   world_.add(*this);
 }
@@ -130,8 +134,9 @@ void CellPc::kill() {
 void CellPc::lose_power() {
   disk_.cut_power();
   life_.reset();
-  disk_.restore_power();
   std::filesystem::remove_all(runtime_);
+  files_.lose_power();
+  disk_.restore_power();
   std::filesystem::create_directories(runtime_);
 }
 

@@ -6,11 +6,12 @@
 
 #include "config/cell_config.hpp"
 #include "tests/daemon/failing_disk.hpp"
+#include "tests/world/pc_files.hpp"
 #include "tests/world/world.hpp"
 
 namespace truepose::world {
 
-/// The PC of a cell, with the daemon that it runs.
+/// The PC of a cell, with the daemon that it runs, and with all files of the folder in which the test stands.
 class CellPc final : public Process {
  public:
   /// @param disk     that the store is on
@@ -24,7 +25,7 @@ class CellPc final : public Process {
   void stop();
   /// SIGKILL: at once.
   void kill();
-  /// The daemon ends at once; of the store stays what was synced, and by chance more.
+  /// The daemon ends at once; of its files stays what was synced, and by chance more.
   void lose_power();
   bool runs() const { return life_ != nullptr; }
 
@@ -40,6 +41,7 @@ class CellPc final : public Process {
   test::FailingDisk& disk_;
   const config::CellConfig config_;
   const std::filesystem::path runtime_;
+  PcFiles files_;
   std::unique_ptr<Life> life_;
 };
 
