@@ -65,7 +65,9 @@ std::expected<void, std::string> AuditTrail::open_files(bool must_be_new) {
   const int flags = O_RDWR | O_CREAT | O_CLOEXEC | (must_be_new ? O_EXCL : 0);
   last_.file = ::open(file_.c_str(), flags, kOursAlone);
   if (last_.file >= 0) head_ = ::open(audit_head_of(file_).c_str(), flags, kOursAlone);
-  if (last_.file < 0 || head_ < 0) return std::unexpected(std::strerror(errno));
+  // Else a loss of power takes new files with all that is synced in them.
+  const bool named = last_.file >= 0 && head_ >= 0 && config::synced(config::folder_of(file_));
+  if (!named) return std::unexpected(std::strerror(errno));
   return {};
 }
 
@@ -237,13 +239,14 @@ std::expected<void, std::string> AuditTrail::begin_next_file() {
   fs::rename(file_, full, error);
   if (error) return std::unexpected(full.string() + ": " + error.message());
   const int next = ::open(file_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
-  if (next < 0) {
+  // Where the power goes before, a start finds the one file or the two.
+  if (next < 0 || !config::synced(config::folder_of(file_))) {
     const int why = errno;
+    if (next >= 0) ::close(next);
     fs::rename(full, file_, error);
     return std::unexpected(std::strerror(why) + ("; " + disk_advice(why)));
   }
   ::close(std::exchange(last_.file, next));
-  static_cast<void>(config::synced(config::folder_of(file_)));  // a start finds either
   last_.first = end_.count + 1;
   last_.ends = {0};
   return {};
