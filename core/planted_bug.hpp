@@ -41,6 +41,7 @@ inline constexpr PlantedBug kPlantedBugs[]{
     {"an interrupted request of a bridge is not stopped", "drivers_test"},
 
     {"a commit is not synced", "world_test"},
+    {"the audit trail is not synced", "world_test"},
     {"every hundredth event is dropped", "world_test"},
     {"an armed stream is forgotten at a restart", "world_test"},
     {"an acknowledged fault of an armed stream stays", "world_test"},
