@@ -102,7 +102,7 @@ CellPc::CellPc(World& world, test::FailingDisk& disk, config::CellConfig config,
       disk_{disk},
       config_{std::move(config)},
       runtime_{std::move(runtime)},
-      files_{".", world.random.next(), disk} {
+      files_{".", runtime_, world.random.next(), disk} {
   std::filesystem::create_directories(runtime_);
   world_.add(*this);
 }
@@ -134,7 +134,6 @@ void CellPc::kill() {
 void CellPc::lose_power() {
   disk_.cut_power();
   life_.reset();
-  std::filesystem::remove_all(runtime_);
   files_.lose_power();
   disk_.restore_power();
   std::filesystem::create_directories(runtime_);

@@ -90,8 +90,8 @@ struct PcFiles::File {
   std::shared_ptr<test::FailingDisk::File> of_sqlite{};
 };
 
-PcFiles::PcFiles(fs::path folder, std::uint64_t seed, test::FailingDisk& disk)
-    : folder_{fs::canonical(folder)}, random_{seed}, disk_{disk} {
+PcFiles::PcFiles(const fs::path& folder, const fs::path& runtime, std::uint64_t seed, test::FailingDisk& disk)
+    : folder_{fs::canonical(folder)}, runtime_{folder_ / runtime}, random_{seed}, disk_{disk} {
   note_all();
   disk_.on_folder_sync = [this](const fs::path& of_log) {
     if (has(of_log)) synced_[of_log] = names_in(of_log);
@@ -141,7 +141,7 @@ void PcFiles::forget_removed() {
   });
 }
 
-bool PcFiles::has(const fs::path& path) const { return is_below(path, folder_); }
+bool PcFiles::has(const fs::path& path) const { return is_below(path, folder_) && !is_below(path, runtime_); }
 
 int PcFiles::sync(int descriptor) {
   if (const int failed = change(false); failed != 0) return failed;
@@ -159,6 +159,7 @@ int PcFiles::sync(int descriptor) {
 
 void PcFiles::lose_power() {
   files_of_the_pc = nullptr;
+  fs::remove_all(runtime_);
   lose_names(folder_);
   std::set<File*> seen;
   for (const auto& [folder, names] : synced_)

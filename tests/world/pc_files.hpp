@@ -19,8 +19,10 @@ namespace truepose::world {
 /// here.
 class PcFiles {
  public:
-  /// @param folder  what is in it counts as synced
-  PcFiles(std::filesystem::path folder, std::uint64_t seed, test::FailingDisk& disk);
+  /// @param folder   what is in it counts as synced
+  /// @param runtime  a folder in it that is in memory, and on no disk; a loss of power takes it
+  PcFiles(const std::filesystem::path& folder, const std::filesystem::path& runtime, std::uint64_t seed,
+          test::FailingDisk& disk);
   ~PcFiles();
   PcFiles(const PcFiles&) = delete;
   PcFiles& operator=(const PcFiles&) = delete;
@@ -47,7 +49,7 @@ class PcFiles {
   void bring_back(File& file, const std::filesystem::path& path);
   void lose_bytes(File& file);
 
-  const std::filesystem::path folder_;
+  const std::filesystem::path folder_, runtime_;
   Random random_;
   test::FailingDisk& disk_;
   std::vector<std::shared_ptr<File>> files_;

@@ -27,7 +27,7 @@ std::set<std::string> left_by(const std::function<void(const TempFolder& folder)
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     const TempFolder folder;
     test::FailingDisk disk{seed};
-    PcFiles files{folder.path(), seed, disk};
+    PcFiles files{folder.path(), "run", seed, disk};
     work(folder);
     files.lose_power();
     const fs::path file = folder.path() / "file";
@@ -102,7 +102,7 @@ TEST(PcFiles, OfSqliteFollowARenameAndItsLoss) {
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       const TempFolder folder;
       test::FailingDisk disk{seed};
-      PcFiles files{folder.path(), seed, disk};
+      PcFiles files{folder.path(), "run", seed, disk};
       const fs::path file = folder.path() / "file", next = folder.path() / "next";
       make_database(file, 1);
       make_database(next, 2);

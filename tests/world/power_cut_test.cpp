@@ -29,7 +29,8 @@ using testing::IsEmpty;
 /// A PC whose power goes at any of the changes of its files.
 class PcOfASeed {
  public:
-  explicit PcOfASeed(std::uint64_t seed) : random{seed}, disk_{seed}, files_{folder_.path(), seed, disk_} {}
+  explicit PcOfASeed(std::uint64_t seed)
+      : random{seed}, disk_{seed}, files_{folder_.path(), "run", seed, disk_} {}
 
   /// Does some work until the power goes, at one of so many changes or behind them.
   void work_until_dark(int changes, const std::function<void()>& work) {
