@@ -1,0 +1,73 @@
+#include "tests/world/files_judge.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/json/value.hpp>
+#include <fstream>
+
+#include "config/text_file.hpp"
+#include "daemon/control/access_list.hpp"
+#include "daemon/control/audit_files.hpp"
+#include "proto/control/access.hpp"
+#include "proto/recording/recording.hpp"
+
+namespace truepose::world {
+
+namespace fs = std::filesystem;
+
+FilesJudge::FilesJudge(const fs::path& store)
+    : audit_{daemon::audit_file_of(store)}, access_{daemon::access_file_of(store)} {}
+
+void FilesJudge::change_access() {
+  control::AccessEntries access;
+  access.entries.push_back({.name = fmt::format("user-{}", ++users_),
+                            .role = control::Role::Viewer,
+                            .salt = {},
+                            .hash = {},
+                            .certificate = fmt::format("{:064x}", users_)});
+  lists_.push_back(control::access_text(access));
+  try {
+    config::write_text_file(access_, lists_.back());
+    fs::permissions(access_, fs::perms::owner_read | fs::perms::owner_write);
+    lists_.erase(lists_.begin(), lists_.end() - 1);
+  } catch (const config::ConfigError&) {
+  }
+}
+
+void FilesJudge::look() {
+  look_at_audit();
+  look_at_access();
+  look_at_recording();
+}
+
+void FilesJudge::look_at_audit() {
+  if (carried_out_.empty()) return;
+  const auto report = daemon::verify_audit(audit_);
+  if (!report) return broken.push_back("the audit trail: " + report.error());
+  for (const daemon::AuditFault& fault : report->faults)
+    broken.push_back("the audit trail was put aside: " + fault.text);
+  std::set<std::string> on_record;
+  std::ifstream trail{audit_};
+  const auto each = [&](const control::AuditLine& line) {
+    if (const auto* const id = line.record.if_contains("command_id")) on_record.emplace(id->as_string());
+  };
+  static_cast<void>(control::follow_audit(trail, {}, each));
+  for (const std::string& id : carried_out_)
+    if (!on_record.contains(id)) broken.push_back("order " + id + " is not in the audit trail");
+}
+
+void FilesJudge::look_at_access() {
+  const std::string list = fs::exists(access_) ? config::read_text_file(access_) : "";
+  if (std::ranges::find(lists_, list) == lists_.end())
+    broken.push_back("the access list is none that was written: " + list);
+}
+
+void FilesJudge::look_at_recording() {
+  if (recording_.empty()) return;
+  if (!fs::exists(recording_)) return broken.push_back(recording_.string() + " is lost");
+  const auto read = recording::Recording::read(config::read_bytes(recording_));
+  if (!read) broken.push_back(recording_.string() + ": " + read.error());
+}
+
+}  // namespace truepose::world

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace truepose::world {
+
+/// Judges, after each start of a daemon, what is promised of the files next to a store.
+class FilesJudge {
+ public:
+  explicit FilesJudge(const std::filesystem::path& store);
+
+  /// An order was carried out: it is on record from then on.
+  void carried_out(const std::string& command_id) { carried_out_.insert(command_id); }
+  /// A recording was saved: it is there until newer ones take its room.
+  void saved(const std::filesystem::path& recording) { recording_ = recording; }
+  /// Writes an access list, as the tool does.
+  void change_access();
+
+  void look();
+
+  std::vector<std::string> broken;  ///< promises
+
+ private:
+  void look_at_audit();
+  void look_at_access();
+  void look_at_recording();
+
+  const std::filesystem::path audit_, access_;
+  std::filesystem::path recording_;
+  std::set<std::string> carried_out_;
+  std::vector<std::string> lists_{
+      ""};  ///< of access, that may be there: the last that was written, and failed ones
+  int users_ = 0;
+};
+
+}  // namespace truepose::world
