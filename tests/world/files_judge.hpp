@@ -7,7 +7,7 @@
 
 namespace truepose::world {
 
-/// Judges, after each start of a daemon, what is promised of the files next to a store.
+/// Judges what is promised of the files next to a store, whatever went wrong since.
 class FilesJudge {
  public:
   explicit FilesJudge(const std::filesystem::path& store);
@@ -31,8 +31,7 @@ class FilesJudge {
   const std::filesystem::path audit_, access_;
   std::filesystem::path recording_;
   std::set<std::string> carried_out_;
-  std::vector<std::string> lists_{
-      ""};  ///< of access, that may be there: the last that was written, and failed ones
+  std::vector<std::string> lists_{""};  ///< of access: the last that was written, and those that failed since
   int users_ = 0;
 };
 

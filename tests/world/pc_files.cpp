@@ -53,9 +53,19 @@ fs::path path_of(int descriptor) {
   return fs::read_symlink(link_to(descriptor), none);
 }
 
+bool is_of_the_pc(int descriptor) {
+  return files_of_the_pc != nullptr && files_of_the_pc->has(path_of(descriptor));
+}
+
+bool is_of_the_pc(const char* name) {
+  return files_of_the_pc != nullptr && files_of_the_pc->has(fs::absolute(name));
+}
+
 /// Whether a change of this file fails now, with errno set.
-bool fails(const fs::path& path, bool takes_room) {
-  if (files_of_the_pc == nullptr || !files_of_the_pc->has(path)) return false;
+/// @param file  descriptor or name
+template <typename File>
+bool fails(File file, bool takes_room) {
+  if (!is_of_the_pc(file)) return false;
   const int failed = files_of_the_pc->change(takes_room);
   if (failed != 0) errno = failed;
   return failed != 0;
@@ -68,8 +78,7 @@ Function* library(const char* name) {
 }
 
 int sync_or_pass_on(const char* name, int descriptor) {
-  if (files_of_the_pc == nullptr || !files_of_the_pc->has(path_of(descriptor)))
-    return library<int(int)>(name)(descriptor);
+  if (!is_of_the_pc(descriptor)) return library<int(int)>(name)(descriptor);
   const int failed = files_of_the_pc->sync(descriptor);
   if (failed == 0) return 0;
   errno = failed;
@@ -220,45 +229,45 @@ void PcFiles::lose_bytes(File& file) {
 
 using truepose::world::fails;
 using truepose::world::library;
-using truepose::world::path_of;
+using truepose::world::sync_or_pass_on;
 
 extern "C" {
 
-int fsync(int file) { return truepose::world::sync_or_pass_on("fsync", file); }
-int fdatasync(int file) { return truepose::world::sync_or_pass_on("fdatasync", file); }
+int fsync(int file) { return sync_or_pass_on("fsync", file); }
+int fdatasync(int file) { return sync_or_pass_on("fdatasync", file); }
 
 ssize_t write(int file, const void* bytes, std::size_t size) {
-  if (fails(path_of(file), true)) return -1;
+  if (fails(file, true)) return -1;
   return library<ssize_t(int, const void*, std::size_t)>("write")(file, bytes, size);
 }
 
 ssize_t writev(int file, const struct iovec* parts, int count) {
-  if (fails(path_of(file), true)) return -1;
+  if (fails(file, true)) return -1;
   return library<ssize_t(int, const struct iovec*, int)>("writev")(file, parts, count);
 }
 
 ssize_t pwrite(int file, const void* bytes, std::size_t size, off_t offset) {
-  if (fails(path_of(file), true)) return -1;
+  if (fails(file, true)) return -1;
   return library<ssize_t(int, const void*, std::size_t, off_t)>("pwrite")(file, bytes, size, offset);
 }
 
 int posix_fallocate(int file, off_t offset, off_t size) {
-  if (fails(path_of(file), true)) return errno;
+  if (fails(file, true)) return errno;
   return library<int(int, off_t, off_t)>("posix_fallocate")(file, offset, size);
 }
 
 int ftruncate(int file, off_t size) noexcept {
-  if (fails(path_of(file), false)) return -1;
+  if (fails(file, false)) return -1;
   return library<int(int, off_t)>("ftruncate")(file, size);
 }
 
 int rename(const char* from, const char* to) noexcept {
-  if (fails(std::filesystem::absolute(from), false)) return -1;
+  if (fails(from, false)) return -1;
   return library<int(const char*, const char*)>("rename")(from, to);
 }
 
 int remove(const char* name) noexcept {
-  if (fails(std::filesystem::absolute(name), false)) return -1;
+  if (fails(name, false)) return -1;
   return library<int(const char*)>("remove")(name);
 }
 
