@@ -1,7 +1,10 @@
 #include "daemon/store/restore.hpp"
 
+#include <fcntl.h>
+
 #include <cerrno>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -75,17 +78,28 @@ std::optional<std::uint64_t> gather(const fs::path& store) {
   return last ? std::optional{*last} : std::nullopt;
 }
 
-/// Gives the store a second name, under which it stays.
-std::expected<fs::path, std::string> kept_aside(const fs::path& store, const std::string& time) {
+/// Puts a copy in the place of a store. Neither has two names meanwhile, as a hard link would have: such a
+/// store is not opened.
+/// @return the new name of the store; empty: there was none
+std::expected<fs::path, std::string> take_place(const fs::path& copy, const fs::path& store,
+                                                const std::string& time) {
   std::error_code error;
-  if (!fs::exists(store, error)) return fs::path{};
+  if (!fs::exists(store, error)) {
+    fs::rename(copy, store, error);
+    return error ? std::expected<fs::path, std::string>{system_failure(store, error.value())} : fs::path{};
+  }
   const fs::path aside = store.string() + ".before-" + time;
   // Only a store that could not be read still has log files.
   for (const char* log : {"-wal", "-shm"}) {
     fs::rename(store.string() + log, aside.string() + log, error);
     if (error && error != std::errc::no_such_file_or_directory) return system_failure(store, error.value());
   }
-  fs::create_hard_link(store, aside, error);
+  if (::renameat2(AT_FDCWD, copy.c_str(), AT_FDCWD, store.c_str(), RENAME_EXCHANGE) != 0) {
+    const auto failed = system_failure(store, errno);
+    remove_with_logs(copy);
+    return failed;
+  }
+  fs::rename(copy, aside, error);
   if (error) return system_failure(aside, error.value());
   return aside;
 }
@@ -108,14 +122,12 @@ std::expected<fs::path, std::string> restore_store(const fs::path& backup, const
   if (fs::exists(store, none)) last = gather(store);
   if (done) done = make_ready(copy, last);
   if (done && !config::synced(copy)) done = system_failure(copy, errno);
-  std::expected<fs::path, std::string> aside;
-  if (done) aside = kept_aside(store, time);
-  if (!done || !aside) {
+  if (!done) {
     remove_with_logs(copy);
-    return done ? aside : std::unexpected(done.error());
+    return std::unexpected(done.error());
   }
-  fs::rename(copy, store, none);
-  if (none) return system_failure(store, none.value());
+  const auto aside = take_place(copy, store, time);
+  if (!aside) return aside;
   if (!config::synced(config::folder_of(store))) return system_failure(store, errno);
   return aside;
 }
