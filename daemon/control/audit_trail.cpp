@@ -156,6 +156,7 @@ AuditTrail::AuditTrail(AuditTrail&& other) noexcept
       last_{std::exchange(other.last_, {})},
       head_{std::exchange(other.head_, -1)},
       end_{std::move(other.end_)},
+      is_taken_back_{other.is_taken_back_},
       fault_{std::move(other.fault_)},
       pending_{std::move(other.pending_)},
       read_{std::exchange(other.read_, std::nullopt)} {}
@@ -174,6 +175,8 @@ std::expected<void, std::string> AuditTrail::in_place() const {
                            "`truepose audit acknowledge --name NAME`");
   };
   const fs::path head = audit_head_of(file_);
+  if (!is_taken_back_)
+    return std::unexpected(file_.string() + ": a record that failed cannot be taken back; check the disk");
   if (!is_at(file_, last_.file)) return lost(file_, "was deleted, moved away or replaced");
   if (!is_at(head, head_)) return lost(head, "was deleted, moved away or replaced");
   if (size_of(last_.file) != last_.ends.back()) return lost(file_, "was cut or written to");
@@ -183,6 +186,7 @@ std::expected<void, std::string> AuditTrail::in_place() const {
 }
 
 std::expected<void, std::string> AuditTrail::restore(const std::string& time) {
+  if (!is_taken_back_) static_cast<void>(take_back());
   const auto there = in_place();
   if (there) return {};
   const std::string why = there.error().substr(0, there.error().find(" while the daemon"));
@@ -254,7 +258,20 @@ std::expected<void, std::string> AuditTrail::begin_next_file() {
   return {};
 }
 
+// It must not look like a record, nor as if one had been taken away: a start takes a trail that is one record
+// longer than its end says, and none that is shorter.
+std::expected<void, int> AuditTrail::take_back() {
+  auto back = write_at(head_, control::head_text(end_), 0);
+  if (back && ::ftruncate(last_.file, static_cast<off_t>(last_.ends.back())) != 0)
+    back = std::unexpected(errno);
+  is_taken_back_ = back.has_value();
+  return back;
+}
+
 std::expected<std::uint64_t, std::string> AuditTrail::write(json::object record) {
+  if (!is_taken_back_)
+    if (const auto back = take_back(); !back)
+      return std::unexpected(std::strerror(back.error()) + ("; " + disk_advice(back.error())));
   if (auto there = in_place(); !there) return std::unexpected(there.error());
   // A fault stays where a start looks for it.
   if (last_.ends.back() >= full_ && fault_.empty())
@@ -265,10 +282,7 @@ std::expected<std::uint64_t, std::string> AuditTrail::write(json::object record)
   auto written = write_at(last_.file, line, offset);
   if (written) written = write_at(head_, control::head_text(end), 0);
   if (!written) {
-    // Whatever of it is there must not look like a record, nor as if one had been taken away.
-    const auto head_back = write_at(head_, control::head_text(end_), 0);
-    const bool trail_back = ::ftruncate(last_.file, static_cast<off_t>(offset)) == 0;
-    const std::string left = head_back && trail_back ? "" : ", and what is there cannot be taken back";
+    const std::string left = take_back() ? "" : ", and what is there cannot be taken back";
     return std::unexpected(std::strerror(written.error()) + left + "; " + disk_advice(written.error()));
   }
   end_ = std::move(end);

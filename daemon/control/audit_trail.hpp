@@ -81,6 +81,8 @@ class AuditTrail {
                                                 const std::string& time);
   std::expected<void, std::string> put_aside(const std::string& time, std::string& aside) const;
   std::expected<std::uint64_t, std::string> write(boost::json::object record);
+  /// Takes back what is there of a record that failed. @return errno where it stays
+  std::expected<void, int> take_back();
   std::expected<void, std::string> begin_next_file();
   /// The part that has a record.
   std::expected<const Part*, std::string> part_with(std::uint64_t number);
@@ -90,6 +92,7 @@ class AuditTrail {
   Part last_;  ///< that is written to
   int head_ = -1;
   control::AuditHead end_;
+  bool is_taken_back_ = true;  ///< what there was of a record that failed
   std::string fault_;
   std::deque<boost::json::object> pending_;
   std::optional<Part> read_;  ///< the full one that was read last

@@ -37,9 +37,20 @@ class PcOfASeed {
     disk_.fail_after(static_cast<int>(random() % static_cast<std::uint64_t>(changes)),
                      test::FailingDisk::Fault::Broken);
     work();
+    lose_power();
+  }
+  void lose_power() {
     files_.lose_power();
     disk_.repair();
     disk_.restore_power();
+  }
+
+  /// Lets one to three changes of the next ones fail.
+  void disturb(int changes) {
+    using Fault = test::FailingDisk::Fault;
+    const auto which = static_cast<int>(random() % static_cast<std::uint64_t>(changes));
+    const Fault fault = random() % 2 == 0 ? Fault::Full : Fault::Broken;
+    disk_.fail_after(which, fault, 1 + static_cast<int>(random() % 3));
   }
 
   fs::path at(const char* name) const { return folder_.path() / name; }
@@ -86,9 +97,10 @@ TEST(WhereverThePowerGoes, TheMarkOfACorrectionIsThereOnceItIsKept) {
   });
 }
 
+constexpr const char* kTime = "2026-11-24T12:00:00.000Z";
+constexpr std::uint64_t kFull = 2000;  // bytes: some records
+
 TEST(WhereverThePowerGoes, AnAuditTrailHasEveryRecordThatWasWritten) {
-  constexpr const char* kTime = "2026-11-24T12:00:00.000Z";
-  constexpr std::uint64_t kFull = 2000;  // bytes: some records
   for_many_seeds([](PcOfASeed& pc) {
     const fs::path file = daemon::audit_file_of(pc.at("cell.sqlite"));
     control::AuditHead written;
@@ -109,6 +121,25 @@ TEST(WhereverThePowerGoes, AnAuditTrailHasEveryRecordThatWasWritten) {
       EXPECT_LE(report->end.count, written.count + 1);
       written = report->end;
     }
+  });
+}
+
+TEST(WhereverThePowerGoes, AnAuditTrailHasEveryRecordThatADisturbedDiskTook) {
+  for_many_seeds([](PcOfASeed& pc) {
+    const fs::path file = daemon::audit_file_of(pc.at("cell.sqlite"));
+    control::AuditHead written;
+    {
+      auto trail = daemon::AuditTrail::open(file, kTime, {}, kFull);
+      ASSERT_TRUE(trail) << trail.error();
+      pc.disturb(120);
+      for (int i = 0; i < 40; ++i)
+        if (trail->append({{"who", "Anna"}, {"method", "stream.arm"}})) written = trail->end();
+    }
+    pc.lose_power();
+    const auto report = daemon::verify_audit(file, std::vector{written});
+    ASSERT_TRUE(report) << report.error();
+    EXPECT_THAT(report->faults, IsEmpty());
+    EXPECT_GE(report->end.count, written.count);
   });
 }
 
