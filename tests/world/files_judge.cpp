@@ -16,11 +16,14 @@ namespace truepose::world {
 
 namespace fs = std::filesystem;
 
-FilesJudge::FilesJudge(const fs::path& store)
-    : audit_{daemon::audit_file_of(store)}, access_{daemon::access_file_of(store)} {}
+FilesJudge::FilesJudge(const fs::path& store, SoakLog& log)
+    : audit_{daemon::audit_file_of(store)},
+      access_{daemon::access_file_of(store)},
+      log_{log},
+      lists_{config::read_text_file(access_)} {}
 
 void FilesJudge::change_access() {
-  control::AccessEntries access;
+  control::AccessEntries access = *control::read_access(lists_.back());
   access.entries.push_back({.name = fmt::format("user-{}", ++users_),
                             .role = control::Role::Viewer,
                             .salt = {},
@@ -44,9 +47,9 @@ void FilesJudge::look() {
 void FilesJudge::look_at_audit() {
   if (carried_out_.empty()) return;
   const auto report = daemon::verify_audit(audit_);
-  if (!report) return broken.push_back("the audit trail: " + report.error());
+  if (!report) return log_.broken("the audit trail: " + report.error());
   for (const daemon::AuditFault& fault : report->faults)
-    broken.push_back("the audit trail was put aside: " + fault.text);
+    log_.broken("the audit trail was put aside: " + fault.text);
   std::set<std::string> on_record;
   std::ifstream trail{audit_};
   const auto each = [&](const control::AuditLine& line) {
@@ -54,20 +57,20 @@ void FilesJudge::look_at_audit() {
   };
   static_cast<void>(control::follow_audit(trail, {}, each));
   for (const std::string& id : carried_out_)
-    if (!on_record.contains(id)) broken.push_back("order " + id + " is not in the audit trail");
+    if (!on_record.contains(id)) log_.broken("order " + id + " is not in the audit trail");
 }
 
 void FilesJudge::look_at_access() {
   const std::string list = fs::exists(access_) ? config::read_text_file(access_) : "";
   if (std::ranges::find(lists_, list) == lists_.end())
-    broken.push_back("the access list is none that was written: " + list);
+    log_.broken("the access list is none that was written: " + list);
 }
 
 void FilesJudge::look_at_recording() {
   if (recording_.empty()) return;
-  if (!fs::exists(recording_)) return broken.push_back(recording_.string() + " is lost");
+  if (!fs::exists(recording_)) return log_.broken(recording_.string() + " is lost");
   const auto read = recording::Recording::read(config::read_bytes(recording_));
-  if (!read) broken.push_back(recording_.string() + ": " + read.error());
+  if (!read) log_.broken(recording_.string() + ": " + read.error());
 }
 
 }  // namespace truepose::world

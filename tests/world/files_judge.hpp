@@ -5,12 +5,15 @@
 #include <string>
 #include <vector>
 
+#include "tests/world/soak_log.hpp"
+
 namespace truepose::world {
 
 /// Judges what is promised of the files next to a store, whatever went wrong since.
 class FilesJudge {
  public:
-  explicit FilesJudge(const std::filesystem::path& store);
+  /// @param store  with an access list
+  FilesJudge(const std::filesystem::path& store, SoakLog& log);
 
   /// An order was carried out: it is on record from then on.
   void carried_out(const std::string& command_id) { carried_out_.insert(command_id); }
@@ -21,8 +24,6 @@ class FilesJudge {
 
   void look();
 
-  std::vector<std::string> broken;  ///< promises
-
  private:
   void look_at_audit();
   void look_at_access();
@@ -31,7 +32,8 @@ class FilesJudge {
   const std::filesystem::path audit_, access_;
   std::filesystem::path recording_;
   std::set<std::string> carried_out_;
-  std::vector<std::string> lists_{""};  ///< of access: the last that was written, and those that failed since
+  SoakLog& log_;
+  std::vector<std::string> lists_;  ///< of access: the last that was written, and those that failed since
   int users_ = 0;
 };
 

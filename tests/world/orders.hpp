@@ -20,6 +20,7 @@ class Orders {
   boost::asio::awaitable<boost::json::value> give(std::string method, boost::json::object params = {});
   /// Whether the last one has no answer: it may have been carried out.
   bool is_last_lost() const { return lost_.has_value(); }
+  void forget_lost() { lost_.reset(); }
   /// Gives that one again, with its id: it is carried out once.
   boost::asio::awaitable<void> repeat_lost();
 

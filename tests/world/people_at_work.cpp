@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "daemon/store/restore.hpp"
 #include "tests/world/answers.hpp"
 
 namespace truepose::world {
@@ -44,7 +45,7 @@ Wait PeopleAtWork::work(drivers::TimePoint end, double production_h_per_day) {
     co_await bring_to_order();
     co_await next_task(production_h_per_day);
     const json::object seen = co_await status();
-    if (!seen.empty()) co_await models_.look(cell_.panel);
+    if (!seen.empty()) co_await judges_.models.look(cell_.panel);
   }
   co_await bring_to_order();
 }
@@ -70,8 +71,14 @@ Wait PeopleAtWork::next_task(double production_h_per_day) {
   } else if (which < 0.88) {
     co_await orders_.give("cell.disconnect");
   } else if (which < 0.91) {
-    co_await orders_.give("recording.save");
+    co_await save_recording();
+  } else if (which < 0.92) {
+    judges_.files.change_access();
+  } else if (which < 0.94) {
+    co_await back_up();
   } else if (which < 0.95) {
+    co_await restore();
+  } else if (which < 0.97) {
     co_await stream_once();
   } else {
     co_await reading_.read_all();
@@ -157,6 +164,34 @@ Wait PeopleAtWork::activate_a_model() {
   co_await orders_.give("model.activate", std::move(params));
 }
 
+Wait PeopleAtWork::save_recording() {
+  const json::value answer = co_await orders_.give("recording.save");
+  if (is_result(answer)) judges_.files.saved(text_at(result_of(answer), "file"));
+}
+
+Wait PeopleAtWork::back_up() {
+  const json::value answer = co_await orders_.give("store.backup");
+  if (!is_result(answer)) co_return;
+  backup_ = text_at(result_of(answer), "file");
+  judges_.points.backed_up();
+}
+
+/// Puts the backup in the place of the store, while the daemon does not run.
+Wait PeopleAtWork::restore() {
+  if (backup_.empty()) co_return;
+  do {
+    cell_.pc.stop();
+    co_await cell_.world.pass(100ms);
+  } while (cell_.pc.runs());
+  log_.trace("order", "restore " + backup_.string());
+  const auto restored = daemon::restore_store(backup_, "cell.sqlite", std::to_string(++restores_));
+  if (!restored && !log_.is_disturbed()) log_.broken("the backup is not restored: " + restored.error());
+  if (!restored) co_return;
+  orders_.forget_lost();
+  judges_.points.restored();
+  judges_.states.restored();
+}
+
 void PeopleAtWork::select(const char* program) {
   config::ScenarioFault act;
   act.kind = config::ScenarioFault::Kind::ProgramSelect;
@@ -181,7 +216,7 @@ asio::awaitable<json::object> PeopleAtWork::status() {
   const json::value answer = co_await cell_.panel.ask("cell.status");
   if (!is_result(answer)) co_return json::object{};
   json::object seen = result_of(answer);
-  states_.see(seen);
+  judges_.states.see(seen);
   co_return seen;
 }
 

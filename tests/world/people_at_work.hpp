@@ -3,13 +3,16 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/json/object.hpp>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include "core/math/random.hpp"
 #include "tests/world/cell.hpp"
+#include "tests/world/files_judge.hpp"
 #include "tests/world/measuring.hpp"
 #include "tests/world/model_judge.hpp"
 #include "tests/world/orders.hpp"
+#include "tests/world/point_judge.hpp"
 #include "tests/world/reading.hpp"
 #include "tests/world/soak_log.hpp"
 #include "tests/world/status_judge.hpp"
@@ -19,8 +22,14 @@ namespace truepose::world {
 /// People at the panel of a cell, who calibrate, produce and repair.
 class PeopleAtWork {
  public:
-  PeopleAtWork(Cell& cell, SoakLog& log, StatusJudge& states, ModelJudge& models, std::uint64_t seed)
-      : cell_{cell}, log_{log}, states_{states}, models_{models}, random_{seed} {}
+  struct Judges {
+    StatusJudge& states;
+    ModelJudge& models;
+    PointJudge& points;
+    FilesJudge& files;
+  };
+  PeopleAtWork(Cell& cell, SoakLog& log, const Judges& judges, std::uint64_t seed)
+      : cell_{cell}, log_{log}, judges_{judges}, random_{seed} {}
 
   /// Works until then, and leaves the cell in order.
   /// @param production_h_per_day  at most, of programs under correction
@@ -40,6 +49,9 @@ class PeopleAtWork {
   Wait produce(double production_h_per_day);
   Wait run_program();
   Wait activate_a_model();
+  Wait save_recording();
+  Wait back_up();
+  Wait restore();
   void select(const char* program);
   void keep_motion_program();
   boost::asio::awaitable<boost::json::object> status();
@@ -48,9 +60,10 @@ class PeopleAtWork {
 
   Cell& cell_;
   SoakLog& log_;
-  StatusJudge& states_;
-  ModelJudge& models_;
+  const Judges judges_;
   Random random_;
+  std::filesystem::path backup_;  // the last
+  int restores_ = 0;
   Orders orders_{cell_.panel, log_};
   Measuring measuring_{cell_, orders_, random_};
   Reading reading_{cell_.panel, log_, random_};

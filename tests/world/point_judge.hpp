@@ -25,6 +25,11 @@ class PointJudge {
   /// Reads the points of all campaigns, and compares them with those that were reported.
   boost::asio::awaitable<void> compare_with_store(Client& client);
 
+  /// A backup was made, of what has been reported so far.
+  void backed_up() { backed_up_ = campaigns_; }
+  /// What was reported since that backup is gone.
+  void restored() { campaigns_ = backed_up_; }
+
   std::uint64_t points = 0;     ///< reported
   double largest_error_mm = 0;  ///< of those that no fault explains
   std::uint64_t compared = 0;   ///< with where the reflector was
@@ -42,7 +47,7 @@ class PointJudge {
 
   Cell& cell_;
   SoakLog& log_;
-  std::map<std::string, Campaign> campaigns_;
+  std::map<std::string, Campaign> campaigns_, backed_up_;
   std::set<std::string> stored_, stored_poses_;  // of the campaign that is compared
 };
 

@@ -17,6 +17,7 @@
 #include "tests/world/cell.hpp"
 #include "tests/world/control_judge.hpp"
 #include "tests/world/faults.hpp"
+#include "tests/world/files_judge.hpp"
 #include "tests/world/methods.hpp"
 #include "tests/world/model_judge.hpp"
 #include "tests/world/people_at_work.hpp"
@@ -51,7 +52,7 @@ class Soak {
         log_{cell_.world.clock, options.trace},
         stream_{cell_.max_step_deg},
         models_{log_, cell_.scenario},
-        people_{cell_, log_, states_, models_, seed_of(options.seed, "people")},
+        people_{cell_, log_, {states_, models_, points_, files_}, seed_of(options.seed, "people")},
         supervisor_{cell_, log_, agreement_, seed_of(options.seed, "supervisor")} {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
       stream_.see(cycle);
@@ -86,6 +87,7 @@ class Soak {
     if (!over_) return finish();
     cell_.pc.stop();
     cell_.world.run([&] { return !cell_.pc.runs(); });
+    files_.look();
     audit_.judge("cell.sqlite");
     return finish();
   }
@@ -102,6 +104,10 @@ class Soak {
     client.on_answer = [&](const Request& request) {
       controls_.answered(client, request);
       audit_.answered(client, request);
+      // What is carried out in any case is put on record later where the disk does not take it.
+      const bool is_recorded_later = log_.is_disturbed() && methods_.is_always_carried_out(request.method);
+      if (methods_.commands(request.method) && is_result(request.answer) && !is_recorded_later)
+        files_.carried_out(text_at(request.params, "command_id"));
       if (methods_.commands(request.method)) agreement_.answered();
     };
     client.on_session = [&](bool is_open) {
@@ -121,6 +127,7 @@ class Soak {
       try {
         cell_.pc.start();
         ++report_.restarts;
+        files_.look();
       } catch (const daemon::StartError& e) {
         if (log_.is_disturbed()) continue;
         log_.broken(std::string{"the daemon does not start: "} + e.what());
@@ -198,6 +205,7 @@ class Soak {
   StatusJudge states_{log_};
   AxisJudge axes_{cell_, log_};
   PointJudge points_{cell_, log_};
+  FilesJudge files_{"cell.sqlite", log_};
   ModelJudge models_;
   PeopleAtWork people_;
   Supervisor supervisor_;

@@ -16,10 +16,18 @@ void StatusJudge::restarted(bool order_lost) {
   state_.clear();
 }
 
+void StatusJudge::restored() {
+  state_.clear();
+  armed_before_ = false;
+  restored_ = true;
+}
+
 void StatusJudge::see(const json::object& status) {
   const std::string state = text_at(status, "state");
   if (std::exchange(armed_before_, false) && state != "armed" && status.at("faults").as_array().empty())
     log_.broken("the stream was armed before the daemon ended, and is " + state);
+  if (std::exchange(restored_, false) && state == "armed")
+    log_.broken("the stream is armed by a restored store");
 }
 
 }  // namespace truepose::world

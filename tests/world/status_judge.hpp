@@ -20,7 +20,9 @@ class StatusJudge {
   /// @param order_lost  one that may have disarmed the stream
   void restarted(bool order_lost);
   /// An order is given, which may disarm the stream.
-  void ordered() { armed_before_ = false; }
+  void ordered() { armed_before_ = restored_ = false; }
+  /// The store was replaced by a backup, whose stream is not armed whatever it was.
+  void restored();
   /// The result of cell.status.
   void see(const boost::json::object& status);
 
@@ -28,6 +30,7 @@ class StatusJudge {
   SoakLog& log_;
   std::string state_;          // of the cell, by its last event
   bool armed_before_ = false;  // as a restarted daemon has to be
+  bool restored_ = false;
 };
 
 }  // namespace truepose::world
