@@ -40,9 +40,10 @@ class AgreementJudge {
   Client& client_;
   SoakLog& log_;
   std::uint64_t events_ = 0, orders_ = 0, sessions_ = 0;
-  int under_way_ = 0;  // orders
-  std::string state_;  // by the last event; empty: none since the daemon began
-  std::string model_;  // that is active, by the events
+  int under_way_ = 0;   // orders
+  std::string stream_;  // its state, by the last event
+  std::string state_;   // by the last event; empty: none since the daemon began
+  std::string model_;   // that is active, by the events
   bool knows_model_ = false;
   std::set<std::string> faults_;  // that stand
 };

@@ -17,7 +17,7 @@ constexpr double kRad_per_deg = std::numbers::pi / 180;
 drivers::Duration time_to_rest(const std::string& state) {
   if (state == "paused") return 5min;  // a point under way is measured, again where that fails
   if (state == "off") return 30s;      // the controller finds that its client is gone
-  return 5s;
+  return 1500ms;
 }
 
 bool moves_the_arm(const std::string& state) {
@@ -58,12 +58,16 @@ void AxisJudge::judge_limits(const JointVector& q_rad, const std::string& where)
 
 void AxisJudge::judge_rest(const JointVector& q_rad, const std::string& state) {
   constexpr double kRest_rad = 1e-9;
-  const bool moves = q_rad_.size() > 0 && (q_rad - q_rad_).cwiseAbs().maxCoeff() > kRest_rad;
+  const double moved_rad = q_rad_.size() > 0 ? (q_rad - q_rad_).cwiseAbs().maxCoeff() : 0;
   const bool is_other_program = cell_.devices.program().name != "TRUEPOSE_MOTION";
   const bool is_rsi_on = log_.now() - last_cycle_ < 2s;
-  if (state != state_ || moves_the_arm(state) || is_other_program || is_rsi_on)
+  // A move that a stop has cut continues at the pendant's start, until its interrupt brakes it.
+  const bool is_started =
+      log_.had_fault({"gate-opened", "emergency-stop", "program-stopped", "key-turned"}, 2s);
+  if (state != state_ || moves_the_arm(state) || is_other_program || is_rsi_on || is_started)
     may_move_until_ = log_.now() + time_to_rest(state);
-  if (moves && log_.now() > may_move_until_) log_.broken("the arm moves in state " + state);
+  if (moved_rad > kRest_rad && log_.now() > may_move_until_)
+    log_.broken("an axis moves by " + std::to_string(moved_rad / kRad_per_deg) + " deg in state " + state);
   state_ = state;
   q_rad_ = q_rad;
 }
