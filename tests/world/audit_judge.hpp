@@ -20,14 +20,16 @@ class AuditJudge {
   AuditJudge(SoakLog& log, const Methods& methods) : log_{log}, methods_{methods} {}
 
   /// A request has its answer, or none.
-  void answered(const Client& client, const Request& request);
-  /// Reads the trail of a store, whose daemon does not run.
+  /// @param disk_fails  then what is always carried out is on record later, unless the daemon ends before
+  void answered(const Client& client, const Request& request, bool disk_fails);
+  /// Reads the trail of a store.
   void judge(const std::filesystem::path& store);
 
  private:
   struct Order {
     std::string text;                     // who and what
     std::vector<std::string> outcomes{};  // of each time that it was given; empty: no answer
+    bool may_be_unrecorded = false;
   };
   struct Record {
     boost::json::object command;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <filesystem>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -15,8 +14,6 @@ class FilesJudge {
   /// @param store  with an access list
   FilesJudge(const std::filesystem::path& store, SoakLog& log);
 
-  /// An order was carried out: it is on record from then on.
-  void carried_out(const std::string& command_id) { carried_out_.insert(command_id); }
   /// A recording was saved: it is there until newer ones take its room.
   void saved(const std::filesystem::path& recording) { recording_ = recording; }
   /// Writes an access list, as the tool does.
@@ -31,7 +28,6 @@ class FilesJudge {
 
   const std::filesystem::path audit_, access_;
   std::filesystem::path recording_;
-  std::set<std::string> carried_out_;
   SoakLog& log_;
   std::vector<std::string> lists_;  ///< of access: the last that was written, and those that failed since
   int users_ = 0;

@@ -87,8 +87,7 @@ class Soak {
     if (!over_) return finish();
     cell_.pc.stop();
     cell_.world.run([&] { return !cell_.pc.runs(); });
-    files_.look();
-    audit_.judge("cell.sqlite");
+    look_at_files();
     return finish();
   }
 
@@ -103,11 +102,7 @@ class Soak {
     };
     client.on_answer = [&](const Request& request) {
       controls_.answered(client, request);
-      audit_.answered(client, request);
-      // What is carried out in any case is put on record later where the disk does not take it.
-      const bool is_recorded_later = log_.is_disturbed() && methods_.is_always_carried_out(request.method);
-      if (methods_.commands(request.method) && is_result(request.answer) && !is_recorded_later)
-        files_.carried_out(text_at(request.params, "command_id"));
+      audit_.answered(client, request, log_.is_disturbed());
       if (methods_.commands(request.method)) agreement_.answered();
     };
     client.on_session = [&](bool is_open) {
@@ -127,12 +122,17 @@ class Soak {
       try {
         cell_.pc.start();
         ++report_.restarts;
-        files_.look();
+        look_at_files();
       } catch (const daemon::StartError& e) {
         if (log_.is_disturbed()) continue;
         log_.broken(std::string{"the daemon does not start: "} + e.what());
       }
     }
+  }
+
+  void look_at_files() {
+    files_.look();
+    audit_.judge("cell.sqlite");
   }
 
   Wait look_at_arm() {
