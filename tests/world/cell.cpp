@@ -6,6 +6,7 @@
 #include <string>
 
 #include "config/cell_config.hpp"
+#include "config/text_file.hpp"
 #include "proto/control/access.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 
@@ -35,7 +36,7 @@ void write_access_list(const fs::path& store) {
   const fs::path file = store.string() + ".access";
   const control::AccessEntries users{
       {control::entry_for_token("supervisor", control::Role::Operator, kSupervisorsToken)}};
-  std::ofstream{file} << control::access_text(users);
+  config::write_text_file(file, control::access_text(users));
   fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
 }
 
