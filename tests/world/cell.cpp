@@ -6,7 +6,6 @@
 #include <string>
 
 #include "config/cell_config.hpp"
-#include "config/text_file.hpp"
 #include "proto/control/access.hpp"
 #include "proto/rsi/ethernet_config.hpp"
 
@@ -20,6 +19,15 @@ constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
 constexpr const char* kSupervisorsToken = "access-0123456789abcdef0123456789abcdef";
 const fs::path kShipped = fs::path{TRUEPOSE_SOURCE_DIR} / "config";
 
+/// Of the users that have a token of their own, in the store's folder.
+void write_access_list(const fs::path& store) {
+  const fs::path file = store.string() + ".access";
+  const control::AccessEntries users{
+      {control::entry_for_token("supervisor", control::Role::Operator, kSupervisorsToken)}};
+  std::ofstream{file} << control::access_text(users);
+  fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
+}
+
 config::CellConfig cell_config() {
   config::CellConfig config = config::load_cell(kShipped / "cell.yaml");
   config.store = "cell.sqlite";
@@ -28,16 +36,8 @@ config::CellConfig cell_config() {
   config.control.token_file = "token";
   std::ofstream{config.control.token_file} << kToken << '\n';
   fs::permissions(config.control.token_file, fs::perms::owner_read | fs::perms::owner_write);
+  write_access_list(config.store);
   return config;
-}
-
-/// Of the users that have a token of their own.
-void write_access_list(const fs::path& store) {
-  const fs::path file = store.string() + ".access";
-  const control::AccessEntries users{
-      {control::entry_for_token("supervisor", control::Role::Operator, kSupervisorsToken)}};
-  config::write_text_file(file, control::access_text(users));
-  fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
 }
 
 rsi::EthernetConfig ethernet_of(const config::Scenario& scenario) {
@@ -74,8 +74,6 @@ Cell::Cell(std::uint64_t seed)
       devices{machine(world), scenario, ethernet_of(scenario), options(world.random.next(), cell_config())},
       pc{world, disk, cell_config(), "run"},
       panel{world, "panel", kToken},
-      supervisor{world, "supervisor", kSupervisorsToken} {
-  write_access_list(cell_config().store);
-}
+      supervisor{world, "supervisor", kSupervisorsToken} {}
 
 }  // namespace truepose::world

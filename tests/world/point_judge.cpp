@@ -32,14 +32,15 @@ bool is_single(const json::object& point) {
 }  // namespace
 
 void PointJudge::take(const json::object& measurement, bool late) {
-  if (measurement.at("p_mm").is_null()) return;
+  if (!text_at(measurement, "reason").empty()) return;  // its pose was skipped
   ++points;
   const std::string id = text_at(measurement, "campaign_id"), point = point_text(measurement);
   const auto [campaign, is_new] = campaigns_.try_emplace(id);
   if (is_new) campaign->second.tracker_moved_mm = cell_.tracker_moved_mm;
   if (!campaign->second.reported.insert(point).second)
     log_.broken("campaign " + id + " reports a point twice: " + point);
-  if (!late) compare_with_truth(id, measurement);
+  const bool was_touched = measurement.at("p_mm").is_null();
+  if (!late && !was_touched) compare_with_truth(id, measurement);
 }
 
 void PointJudge::compare_with_truth(const std::string& campaign, const json::object& measurement) {
