@@ -358,11 +358,12 @@ asio::awaitable<std::expected<eki::State, RobotError>> KukaEkiRobot::order_stop(
 asio::awaitable<std::expected<void, RobotError>> KukaEkiRobot::stop(TimePoint deadline) {
   auto state = co_await order_stop(deadline);
   while (state && (state->moving || !state->in_position)) {
-    if (clock_.now() >= deadline) {
+    const TimePoint next = clock_.now() + kStandstillPoll;
+    if (next >= deadline) {
       co_return std::unexpected(
           RobotError{RobotFault::Timeout, "the arm still moves after the order to stop"});
     }
-    co_await clock_.sleep_until(std::min(clock_.now() + kStandstillPoll, deadline));
+    co_await clock_.sleep_until(next);
     state = co_await control(eki::ControlOp::AskState, deadline);
   }
   // Only now may the next command be taken: one that was on its way when we stopped has been refused.

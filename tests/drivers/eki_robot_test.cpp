@@ -501,6 +501,22 @@ TEST_F(EkiRobot, StopsAndReleasesTheStopOnlyWhenTheArmStands) {
   EXPECT_THAT(controls_, testing::ElementsAre(ReleaseStop, Stop, AskState, AskState, AskState, ReleaseStop));
 }
 
+TEST_F(EkiRobot, SaysThatTheArmStillMovesAndNotThatTheControllerIsSilent) {
+  serve({greet_and_answer({})}, [&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
+    for (;;) {
+      const eki::ToController message = co_await peer->read();
+      eki::State state = ready_state(std::get<eki::Control>(message).id);
+      state.moving = true;
+      co_await peer->write(text(state));
+    }
+  });
+  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
+    co_await robot.connect(soon());
+    const auto stopped = co_await robot.stop(clock_.now() + 3s);
+    EXPECT_EQ(stopped ? "" : stopped.error().detail, "the arm still moves after the order to stop");
+  });
+}
+
 TEST_F(EkiRobot, StopsWhileAStateIsAwaitedAndBothGetTheirAnswers) {
   serve({greet_and_answer({})}, [&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
     std::int32_t asked = 0;

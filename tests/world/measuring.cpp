@@ -64,6 +64,7 @@ asio::awaitable<bool> Measuring::touch_base() {
     q[2] -= turn_rad[1];
     try {
       cell_.devices.jog(q);
+      log_.jogged();
     } catch (const std::invalid_argument&) {
       break;  // the key was turned back meanwhile
     }

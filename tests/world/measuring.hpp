@@ -13,7 +13,8 @@ namespace truepose::world {
 /// Campaigns of other kinds than calibration and drift check, as people measure them.
 class Measuring {
  public:
-  Measuring(Cell& cell, Orders& orders, Random& random) : cell_{cell}, orders_{orders}, random_{random} {}
+  Measuring(Cell& cell, SoakLog& log, Orders& orders, Random& random)
+      : cell_{cell}, log_{log}, orders_{orders}, random_{random} {}
 
   /// Starts one of any kind. @return whether it runs
   boost::asio::awaitable<bool> start_one();
@@ -28,6 +29,7 @@ class Measuring {
   void turn_key(config::ScenarioFault::Mode mode);
 
   Cell& cell_;
+  SoakLog& log_;
   Orders& orders_;
   Random& random_;
 };

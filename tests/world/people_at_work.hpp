@@ -65,7 +65,7 @@ class PeopleAtWork {
   std::filesystem::path backup_;  // the last
   int restores_ = 0;
   Orders orders_{cell_.panel, log_};
-  Measuring measuring_{cell_, orders_, random_};
+  Measuring measuring_{cell_, log_, orders_, random_};
   Reading reading_{cell_.panel, log_, random_};
 };
 

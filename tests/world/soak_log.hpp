@@ -6,6 +6,7 @@
 #include <functional>
 #include <initializer_list>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +48,10 @@ class SoakLog {
   /// Whether one of these faults is under way, or was within this time.
   bool had_fault(std::initializer_list<std::string_view> names, drivers::Duration within) const;
 
+  /// A person moves the arm by the pendant's keys.
+  void jogged() { jogged_ = now(); }
+  bool was_jogged(drivers::Duration within) const { return jogged_ && now() - *jogged_ < within; }
+
  private:
   const drivers::Clock& clock_;
   const Trace trace_;
@@ -58,6 +63,7 @@ class SoakLog {
     drivers::TimePoint last_end{};
   };
   std::map<std::string, Fault, std::less<>> faults_;
+  std::optional<drivers::TimePoint> jogged_;
 };
 
 }  // namespace truepose::world

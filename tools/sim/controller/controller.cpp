@@ -329,6 +329,7 @@ void Controller::act(const OperatorAct& act) {
 void Controller::power_off() {
   drives_on_ = false;
   stop_program(true);
+  motion_.halt();
 }
 
 void Controller::stop_program(bool by_message) {

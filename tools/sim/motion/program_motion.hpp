@@ -32,6 +32,10 @@ class ProgramMotion {
   /// @return why its target cannot be reached
   std::expected<void, std::string> take(krl::Motion motion, bool reduced = false);
   bool is_finished(std::uint64_t motion) const;
+  /// The drives are off: a braked arm stands at once.
+  void halt() {
+    if (braked_) rate_ = 0;
+  }
   bool is_standing() const { return waiting_.empty() || (braked_ && rate_ == 0); }
   void brake() { braked_ = true; }
   void go_on() { braked_ = false; }

@@ -171,6 +171,7 @@ TEST_F(ControllerTest, AnEmergencyStopTakesTheDrivesAndTheProgramGoesOnWhenItIsS
   send(eki::ControlOp::AskState);
   EXPECT_FALSE(state->no_emergency_stop);
   EXPECT_FALSE(state->drives_ready);
+  EXPECT_FALSE(state->moving) << "without drives the arm stands";
   EXPECT_TRUE(state->gate_closed);
   EXPECT_EQ(state->program, eki::ProgramState::Stopped);
   controller.operate({.kind = Act::ReleaseEmergencyStop});
