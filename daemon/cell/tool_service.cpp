@@ -59,7 +59,7 @@ std::set<int> ToolService::numbers() const {
 std::expected<config::ToolFile, std::string> ToolService::measured_by(const CampaignRecord& campaign) const {
   const std::string remedy = "; measure the tool again";
   if (campaign.kind != "tool" || campaign.state != "done")
-    return std::unexpected("campaign " + campaign.id + " measured no tool, or is not done");
+    return std::unexpected("it measured no tool, or is not done");
   if (campaign.document_sha256 != text::sha256_hex(campaign.document))
     return std::unexpected("its document is not the one that was stored (another SHA-256)" + remedy);
   const auto document = control::parse_json(campaign.document);
