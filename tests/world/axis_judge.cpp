@@ -61,11 +61,8 @@ void AxisJudge::judge_rest(const JointVector& q_rad, const std::string& state) {
   const double moved_rad = q_rad_.size() > 0 ? (q_rad - q_rad_).cwiseAbs().maxCoeff() : 0;
   const bool is_other_program = cell_.devices.program().name != "TRUEPOSE_MOTION";
   const bool is_rsi_on = log_.now() - last_cycle_ < 2s;
-  // A move that a stop has cut continues at the pendant's start, until its interrupt brakes it.
-  const bool is_started =
-      log_.had_fault({"gate-opened", "emergency-stop", "program-stopped", "key-turned"}, 2s);
   const bool is_ordered = moves_the_arm(state) || is_other_program || is_rsi_on || log_.was_jogged(2s);
-  if (state != state_ || is_ordered || is_started) may_move_until_ = log_.now() + time_to_rest(state);
+  if (state != state_ || is_ordered) may_move_until_ = log_.now() + time_to_rest(state);
   if (moved_rad > kRest_rad && log_.now() > may_move_until_)
     log_.broken("an axis moves by " + std::to_string(moved_rad / kRad_per_deg) + " deg in state " + state);
   state_ = state;

@@ -120,6 +120,38 @@ asio::awaitable<void> read_points(Cell& cell, Points& points) {
   }
 }
 
+asio::awaitable<double> turned_within(Cell& cell, drivers::Duration time) {
+  const JointVector before = cell.devices.axes();
+  co_await cell.world.pass(time);
+  co_return (cell.devices.axes() - before).cwiseAbs().maxCoeff();
+}
+
+asio::awaitable<void> abort_behind_the_gate(Cell& cell) {
+  co_await connect(cell);
+  co_await start_campaign(cell);
+  constexpr double kInMotion_rad = 0.01;
+  for (double turned_rad = 0; turned_rad < kInMotion_rad;) turned_rad = co_await turned_within(cell, 50ms);
+  config::ScenarioFault gate;
+  gate.kind = config::ScenarioFault::Kind::GateOpen;
+  gate.lasts = std::chrono::milliseconds{60s}.count();  // then the program is started again
+  cell.devices.begin(gate);
+  const json::object aborted = co_await asked(cell, "campaign.abort");
+  EXPECT_EQ(aborted.at("reason").as_string(), "aborted by an operator");
+  const double turned_rad = co_await turned_within(cell, 2min);
+  EXPECT_EQ(turned_rad, 0);
+  EXPECT_EQ(cell.devices.program().state, eki::ProgramState::Active);
+  co_await calibrate(cell);
+  const json::object now = co_await asked(cell, "cell.status");
+  EXPECT_EQ(now.at("state").as_string(), "ready");
+}
+
+TEST(ACampaign, ThatIsAbortedBehindAnOpenGateDoesNotEndItsMoveOnceTheProgramIsStartedAgain) {
+  Cell cell{5};
+  cell.pc.start();
+  cell.world.play(abort_behind_the_gate(cell));
+  end_in_order(cell);
+}
+
 TEST(ACampaign, OutlivesItsDaemonWithoutLosingAReportedPoint) {
   for (const bool by_power : {false, true}) {
     Cell cell{by_power ? 5U : 4U};
