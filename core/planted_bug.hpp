@@ -44,11 +44,8 @@ inline constexpr PlantedBug kPlantedBugs[]{
     {"the audit trail is not synced", "world_test"},
     {"every hundredth event is dropped", "world_test"},
     {"an armed stream is forgotten at a restart", "world_test"},
-    {"an acknowledged fault of an armed stream stays", "world_test"},
     {"control never ends", "world_test"},
     {"a resumed campaign measures all again", "world_test"},
-    {"any reflector is taken", "world_test"},
-    {"every model is activated", "world_test"},
 };
 
 /// A name of the table. Any other does not compile.

@@ -311,7 +311,7 @@ CellDevices::Outcome<CellDevices::MeasureResult> CellDevices::measure(MeasureReq
     result = {mean_reading(both), *point};
   }
   const double off_mm = (result.point.p_WS_mm - request.p_W_mm).norm();
-  if (off_mm <= request.gate_mm || planted("any reflector is taken")) co_return result;
+  if (off_mm <= request.gate_mm) co_return result;
   co_return std::unexpected(DeviceError{Remedy::Retry, "tracker: wrong reflector: found " + mm(off_mm) +
                                                            " from where ours should be, allowed are " +
                                                            mm(request.gate_mm)});

@@ -5,8 +5,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/planted_bug.hpp"
-
 namespace truepose::daemon {
 
 namespace {
@@ -159,10 +157,7 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
           [&](const StreamStopping& s, const AcknowledgeRequested&) -> Maybe {
             return go(s, {C::RearmStream});
           },
-          [&](const Armed& s, const AcknowledgeRequested&) -> Maybe {
-            if (planted("an acknowledged fault of an armed stream stays")) return go(s, {});
-            return go(s, {C::RearmStream});
-          },
+          [&](const Armed& s, const AcknowledgeRequested&) -> Maybe { return go(s, {C::RearmStream}); },
           [&](const Disarming& s, const AcknowledgeRequested&) -> Maybe { return go(s, {C::RearmStream}); },
           [](const auto&, const auto&) -> Maybe { return std::nullopt; },
       },
