@@ -21,9 +21,10 @@ std::vector<fs::path> trail_of(const fs::path& store) {
   std::map<std::uint64_t, fs::path> full;
   for (const auto& entry : fs::directory_iterator{fs::absolute(store).parent_path()}) {
     const std::string file = entry.path().filename().string();
-    // "cell.sqlite.audit.1-40000"
-    if (file.starts_with(name + ".") && file.find('-') != std::string::npos)
-      full[std::stoull(file.substr(name.size() + 1))] = entry.path();
+    // "cell.sqlite.audit.1-40000". One that was put aside has the time in its name.
+    const bool is_full = file.starts_with(name + ".") && file.find('-') != std::string::npos &&
+                         file.find_first_not_of("0123456789-", name.size() + 1) == std::string::npos;
+    if (is_full) full[std::stoull(file.substr(name.size() + 1))] = entry.path();
   }
   std::vector<fs::path> files;
   for (const auto& [first, file] : full) files.push_back(file);
