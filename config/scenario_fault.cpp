@@ -85,7 +85,7 @@ std::vector<std::string_view> values_of(FaultKind kind) {
     case FaultKind::RsiRestart:
       return {"ipoc"};
     case FaultKind::RsiSecondSender:
-      return {"from"};
+      return {"from", "ipoc_by"};
     case FaultKind::ProgramSelect:
       return {"program"};
     case FaultKind::OperatingMode:

@@ -59,7 +59,7 @@ struct ScenarioFault {
   double sigma_mm = 0;
   double std_mm = 0;
   double temperature_c = 20, pressure_mbar = 1013.25, humidity_percent = 50;
-  std::int64_t ipoc_by = 0;
+  std::int64_t ipoc_by = 0;           ///< RsiIpoc; RsiSecondSender: its clock is ahead by so many ms, 0 = far
   std::optional<std::uint64_t> ipoc;  ///< RsiRestart: its first time stamp; else the clock has gone on
   std::string from;                   ///< RsiSecondSender: its numeric address; empty = as the first's
   std::string program;                ///< ProgramSelect

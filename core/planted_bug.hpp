@@ -46,6 +46,9 @@ inline constexpr PlantedBug kPlantedBugs[]{
     {"an armed stream is forgotten at a restart", "world_test"},
     {"control never ends", "world_test"},
     {"a resumed campaign measures all again", "world_test"},
+    {"the stream keeps its first model", "world_test"},
+    {"a tool taken out of use is back after a restart", "world_test"},
+    {"a correction that moves nothing is not noticed", "world_test"},
 };
 
 /// A name of the table. Any other does not compile.

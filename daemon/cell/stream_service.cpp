@@ -262,8 +262,7 @@ void StreamService::look() {
     parts_.events.publish(this->status());
     runner_.wake();
   }
-  const bool closed = runner_.armed() && known_stale(status);
-  if (status.state != StreamState::Unproven || before != status.state || closed) proven_ = now;
+  if (status.state != StreamState::Unproven || before != status.state || over) proven_ = now;
   runner_.faults().stand(now - proven_ >= kUnconfirmed, {FaultCode::StreamUnconfirmed, reason(status)});
   compare_modes(status);
   refresh_robot(status);

@@ -13,14 +13,13 @@ using Kind = config::ScenarioFault::Kind;
 using Wait = asio::awaitable<void>;
 using std::chrono::milliseconds;
 
-namespace {
-
-/// Between two times, the shorter ones more often.
 milliseconds lasting(Random& random, milliseconds shortest, milliseconds longest) {
   const double ratio = static_cast<double>(longest.count()) / static_cast<double>(shortest.count());
   return milliseconds{
       static_cast<std::int64_t>(static_cast<double>(shortest.count()) * std::pow(ratio, random.uniform()))};
 }
+
+namespace {
 
 // ---- The PC ----
 
@@ -150,6 +149,7 @@ Wait scatter_tracker(Cell& cell, Random& random) {
 
 constexpr std::array kFaults{
     FaultKind{"daemon-killed", 2, false, &kill_daemon},
+    FaultKind{"daemon-killed-in-a-program", 2, true, &kill_daemon},
     FaultKind{"daemon-stopped", 1, false, &stop_daemon},
     FaultKind{"power-lost", 1, false, &lose_power},
     FaultKind{"disk-full", 0.5, false, &fill_disk},
@@ -159,8 +159,8 @@ constexpr std::array kFaults{
     FaultKind{"controller-silent", 2, false, &silence_controller},
     FaultKind{"tracker-link-silent", 2, false, &silence_tracker},
     FaultKind{"clients-cut", 2, false, &cut_clients},
-    FaultKind{"rsi-cut", 3, true, &cut_rsi},
-    FaultKind{"rsi-slow", 2, true, &slow_rsi},
+    FaultKind{"rsi-cut", 12, true, &cut_rsi},
+    FaultKind{"rsi-slow", 6, true, &slow_rsi},
     FaultKind{"beam-broken", 12, false, &of_kind<Kind::BeamBreak, 500, 60'000>},
     FaultKind{"tracker-restarted", 1, false, &of_kind<Kind::TrackerRestart, 1, 2>},
     FaultKind{"tracker-busy", 2, false, &of_kind<Kind::TrackerBusy, 1'000, 60'000>},
@@ -178,16 +178,17 @@ constexpr std::array kFaults{
     FaultKind{"key-turned", 1, false, &of_kind<Kind::OperatingMode, 1'000, 120'000>},
     FaultKind{"override-set", 2, false, &of_kind<Kind::Override, 1'000, 120'000>},
     FaultKind{"controller-restarted", 0.5, false, &of_kind<Kind::ControllerRestart, 30'000, 180'000>},
-    FaultKind{"rsi-dropped", 2, true, &of_kind<Kind::RsiDrop, 8, 2'000>},
-    FaultKind{"rsi-datagrams-lost", 2, true, &of_kind<Kind::RsiLoseDatagrams, 8, 2'000>},
-    FaultKind{"rsi-replies-lost", 2, true, &of_kind<Kind::RsiLoseReplies, 8, 2'000>},
-    FaultKind{"rsi-duplicated", 1, true, &of_kind<Kind::RsiDuplicate, 8, 10'000>},
-    FaultKind{"rsi-late", 1, true, &of_kind<Kind::RsiLate, 8, 10'000>},
-    FaultKind{"rsi-corrupted", 1, true, &of_kind<Kind::RsiCorrupt, 8, 10'000>},
-    FaultKind{"rsi-reordered", 1, true, &of_kind<Kind::RsiReorder, 8, 10'000>},
-    FaultKind{"rsi-silent", 1, true, &of_kind<Kind::RsiSilence, 8, 2'000>},
-    FaultKind{"rsi-restarted", 0.5, true, &of_kind<Kind::RsiRestart, 40, 2'000>},
-    FaultKind{"rsi-second-sender", 1, true, &of_kind<Kind::RsiSecondSender, 1'000, 30'000>},
+    FaultKind{"rsi-dropped", 8, true, &of_kind<Kind::RsiDrop, 8, 2'000>},
+    FaultKind{"rsi-datagrams-lost", 8, true, &of_kind<Kind::RsiLoseDatagrams, 8, 2'000>},
+    FaultKind{"rsi-replies-lost", 12, true, &of_kind<Kind::RsiLoseReplies, 8, 2'000>},
+    FaultKind{"rsi-duplicated", 4, true, &of_kind<Kind::RsiDuplicate, 8, 10'000>},
+    FaultKind{"rsi-late", 4, true, &of_kind<Kind::RsiLate, 8, 10'000>},
+    FaultKind{"rsi-corrupted", 4, true, &of_kind<Kind::RsiCorrupt, 8, 10'000>},
+    FaultKind{"rsi-reordered", 4, true, &of_kind<Kind::RsiReorder, 8, 10'000>},
+    FaultKind{"rsi-silent", 4, true, &of_kind<Kind::RsiSilence, 8, 2'000>},
+    FaultKind{"rsi-restarted", 2, true, &of_kind<Kind::RsiRestart, 40, 2'000>},
+    FaultKind{"rsi-ignored", 2, true, &of_kind<Kind::RsiIgnore, 1'000, 60'000>},
+    FaultKind{"rsi-second-sender", 6, true, &of_kind<Kind::RsiSecondSender, 1'000, 30'000>},
 };
 
 }  // namespace

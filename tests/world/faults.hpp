@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
+#include <chrono>
 #include <span>
 #include <string_view>
 
@@ -13,10 +14,14 @@ namespace truepose::world {
 struct FaultKind {
   std::string_view name;
   double per_day;
-  bool of_rsi;  ///< happens while a session runs, and waits for one
+  bool of_rsi;  ///< waits for a session of RSI, and happens soon after it began
   /// Lets it happen, and returns once it is over.
   boost::asio::awaitable<void> (*happen)(Cell&, Random&);
 };
+
+/// Between two times, the shorter ones more often.
+std::chrono::milliseconds lasting(Random& random, std::chrono::milliseconds shortest,
+                                  std::chrono::milliseconds longest);
 
 /// The table of all.
 std::span<const FaultKind> fault_kinds();

@@ -45,7 +45,9 @@ Wait PeopleAtWork::work(drivers::TimePoint end, double production_h_per_day) {
     co_await bring_to_order();
     co_await next_task(production_h_per_day);
     const json::object seen = co_await status();
-    if (!seen.empty()) co_await judges_.models.look(cell_.panel);
+    if (seen.empty()) continue;
+    co_await judges_.models.look(cell_.panel);
+    co_await judges_.tools.look(cell_.panel);
   }
   co_await bring_to_order();
 }
@@ -131,6 +133,7 @@ Wait PeopleAtWork::produce(double production_h_per_day) {
   const drivers::TimePoint until = log_.now() + std::chrono::duration_cast<drivers::Duration>(hours);
   const json::value armed = co_await orders_.give("stream.arm");
   if (!is_result(armed)) co_return;
+  co_await judges_.corrections.armed(cell_.panel);
   while (log_.now() < until) {
     co_await run_program();
     const json::object seen = co_await status();
@@ -190,6 +193,7 @@ Wait PeopleAtWork::restore() {
   orders_.forget_lost();
   judges_.points.restored();
   judges_.states.restored();
+  judges_.tools.restored();
 }
 
 void PeopleAtWork::select(const char* program) {

@@ -8,6 +8,7 @@
 
 #include "core/math/random.hpp"
 #include "tests/world/cell.hpp"
+#include "tests/world/correction_judge.hpp"
 #include "tests/world/files_judge.hpp"
 #include "tests/world/measuring.hpp"
 #include "tests/world/model_judge.hpp"
@@ -16,6 +17,7 @@
 #include "tests/world/reading.hpp"
 #include "tests/world/soak_log.hpp"
 #include "tests/world/status_judge.hpp"
+#include "tests/world/tool_judge.hpp"
 
 namespace truepose::world {
 
@@ -25,6 +27,8 @@ class PeopleAtWork {
   struct Judges {
     StatusJudge& states;
     ModelJudge& models;
+    ToolJudge& tools;
+    CorrectionJudge& corrections;
     PointJudge& points;
     FilesJudge& files;
   };

@@ -1,6 +1,5 @@
 #include "tests/world/rsi_cable.hpp"
 
-#include <boost/asio/awaitable.hpp>
 #include <boost/asio/cancellation_signal.hpp>
 #include <memory>
 #include <optional>
@@ -180,7 +179,8 @@ class Session final : public sim::RsiSession {
       if (its->stopped) break;  // its controller may be gone
       its->receive();
       its->exchange.end_cycle();
-      its->cable.on_cycle({its->session, its->datagram, its->reply, its->exchange.end()});
+      its->cable.on_cycle({its->session, its->datagram, its->reply, its->exchange.end(),
+                           its->exchange.covers(config::ScenarioFault::Kind::RsiIgnore)});
       for (const std::string& name : its->exchange.take_unknown_names()) its->listener.unknown_name(name);
     }
     its->cable.session_ends();
@@ -203,6 +203,10 @@ sim::StartRsi RsiCable::controller(asio::any_io_executor executor) {
                           sim::RsiListener listener) {
     return std::make_unique<Session>(*this, executor, options, std::move(client), std::move(listener));
   };
+}
+
+boost::asio::awaitable<void> RsiCable::session() {
+  if (under_way_ == 0) co_await begun_.wait();
 }
 
 std::string RsiCable::carry(std::string_view datagram, std::uint16_t from) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -10,6 +11,7 @@
 
 #include "daemon/machine.hpp"
 #include "drivers/clock.hpp"
+#include "drivers/condition.hpp"
 #include "drivers/kuka/rsi_link.hpp"
 #include "tests/world/history.hpp"
 #include "tools/sim/controller/rsi_session.hpp"
@@ -22,12 +24,15 @@ struct RsiCycle {
   std::string_view datagram;         ///< that the controller sent; empty: none
   std::string_view reply;            ///< that the controller has put into effect; empty: none
   std::optional<sim::RsiEnd> end{};  ///< of the session, with this cycle
+  bool ignored = false;              ///< the reply has moved nothing
 };
 
 /// The RSI network between the simulated controller and the cell PC.
 class RsiCable {
  public:
-  RsiCable(drivers::Clock& clock, History& history) : clock_{clock}, history_{history} {}
+  /// @param executor  of who waits for a session
+  RsiCable(drivers::Clock& clock, History& history, const boost::asio::any_io_executor& executor)
+      : clock_{clock}, history_{history}, begun_{executor} {}
 
   /// The PC's end: what a daemon starts in place of its RSI thread.
   /// @param executor  of the daemon's process
@@ -40,9 +45,13 @@ class RsiCable {
   drivers::Clock& clock() const { return clock_; }
   std::uint16_t next_port() { return ++last_port_; }
   std::uint64_t next_session() { return ++last_session_; }
-  void session_begins() { ++under_way_; }
+  void session_begins() {
+    ++under_way_;
+    begun_.notify();
+  }
   void session_ends() { --under_way_; }
-  bool has_session() const { return under_way_ > 0; }
+  /// Returns while a session is under way, at once or when one begins.
+  boost::asio::awaitable<void> session();
 
   bool cut = false;                                       ///< nothing passes
   drivers::Duration way{std::chrono::microseconds{150}};  ///< from a datagram to its reply
@@ -57,6 +66,7 @@ class RsiCable {
   std::uint16_t last_port_ = 50'000;
   std::uint64_t last_session_ = 0;
   int under_way_ = 0;  // sessions
+  drivers::Condition begun_;
 };
 
 }  // namespace truepose::world

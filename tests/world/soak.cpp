@@ -16,6 +16,7 @@
 #include "tests/world/axis_judge.hpp"
 #include "tests/world/cell.hpp"
 #include "tests/world/control_judge.hpp"
+#include "tests/world/correction_judge.hpp"
 #include "tests/world/faults.hpp"
 #include "tests/world/files_judge.hpp"
 #include "tests/world/methods.hpp"
@@ -25,6 +26,7 @@
 #include "tests/world/status_judge.hpp"
 #include "tests/world/stream_judge.hpp"
 #include "tests/world/supervisor.hpp"
+#include "tests/world/tool_judge.hpp"
 
 namespace truepose::world {
 
@@ -52,12 +54,16 @@ class Soak {
         log_{cell_.world.clock, options.trace},
         stream_{cell_.max_step_deg},
         models_{log_, cell_.scenario},
-        people_{cell_, log_, {states_, models_, points_, files_}, seed_of(options.seed, "people")},
+        people_{cell_,
+                log_,
+                {states_, models_, tools_, corrections_, points_, files_},
+                seed_of(options.seed, "people")},
         supervisor_{cell_, log_, agreement_, seed_of(options.seed, "supervisor")} {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
       stream_.see(cycle);
       log_.take_broken(stream_.broken);
       axes_.see(cycle);
+      corrections_.see(cycle);
     };
     cell_.panel.on_event = [this](const json::object& event) { take(event); };
     cell_.supervisor.on_event = [this](const json::object& event) {
@@ -102,6 +108,7 @@ class Soak {
     };
     client.on_answer = [&](const Request& request) {
       controls_.answered(client, request);
+      tools_.answered(request);
       audit_.answered(client, request, log_.is_disturbed());
       if (methods_.commands(request.method)) agreement_.answered();
     };
@@ -149,7 +156,11 @@ class Soak {
       const auto wait = std::chrono::duration_cast<drivers::Duration>(days);
       if (log_.now() + wait > end_ - kCalmEnd) co_return;
       co_await cell_.world.pass(wait);
-      while (kind.of_rsi && !cell_.world.rsi.has_session()) co_await cell_.world.pass(5s);
+      if (kind.of_rsi) {
+        co_await cell_.world.rsi.session();
+        // Most of them in the first seconds, while the correction ramps in.
+        co_await cell_.world.pass(lasting(random, 1ms, 30s));
+      }
       if (log_.now() > end_ - kCalmEnd) co_return;
       ++report_.faults[std::string{kind.name}];
       log_.begin_fault(kind.name);
@@ -171,7 +182,7 @@ class Soak {
     if (topic != "stream") log_.trace(topic, json::serialize(data));
     if (topic == "measurement") points_.take(data, cell_.panel.is_late(event));
     if (topic == "cell") states_.take(data);
-    if (topic == "model") models_.take(data);
+    if (topic == "model") models_.take(data), corrections_.forget();
   }
 
   SoakReport finish() {
@@ -187,6 +198,8 @@ class Soak {
     report_.looks = agreement_.looks;
     report_.cycles = stream_.cycles;
     report_.sessions = stream_.sessions;
+    report_.corrections_compared = corrections_.compared;
+    report_.largest_correction_error_mm = corrections_.largest_error_mm;
     report_.largest_step_deg = stream_.largest_step_deg;
     report_.largest_model_error_mm = models_.largest_error_mm;
     return report_;
@@ -207,6 +220,8 @@ class Soak {
   PointJudge points_{cell_, log_};
   FilesJudge files_{"cell.sqlite", log_};
   ModelJudge models_;
+  ToolJudge tools_{log_};
+  CorrectionJudge corrections_{log_, cell_.scenario.nominal};
   PeopleAtWork people_;
   Supervisor supervisor_;
   SoakReport report_;

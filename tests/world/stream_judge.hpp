@@ -29,6 +29,7 @@ class StreamJudge {
 
   const double max_step_deg_;
   std::map<std::uint64_t, Axes> in_effect_deg_;  // of each session
+  int ignored_ = 0;                              // cycles in a row, each with a reply of a correction
 };
 
 }  // namespace truepose::world

@@ -50,7 +50,7 @@ class World {
   boost::asio::io_context outside{1};  ///< devices and people
   drivers::MemoryNetwork network{outside, clock};
   History history{clock};
-  RsiCable rsi{clock, history};
+  RsiCable rsi{clock, history, outside.get_executor()};
   Random random;
 
  private:

@@ -253,10 +253,11 @@ void RsiClient::jump_ipoc(std::int64_t by) {
   forget_open_cycles();
 }
 
-RsiClient RsiClient::twin() const {
-  constexpr std::uint64_t kOtherClock = 1'000'003;
+RsiClient RsiClient::twin(std::int64_t ipoc_by) const {
+  constexpr std::int64_t kFar = 1'000'003;
+  const auto ahead = static_cast<std::uint64_t>(ipoc_by != 0 ? ipoc_by : kFar);
   const auto standing = std::make_shared<StreamPath>(setup_.nominal, std::vector{program_->set_points()}, 1);
-  RsiClient twin{setup_, standing, ipoc_ + kOtherClock};
+  RsiClient twin{setup_, standing, ipoc_ + ahead};
   twin.timeout_cycles_ = std::numeric_limits<int>::max();
   return twin;
 }

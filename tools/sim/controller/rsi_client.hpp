@@ -170,9 +170,10 @@ class RsiClient {
   void jump_ipoc(std::int64_t by);
   void ignore_corrections(bool ignore) { ignoring_ = ignore; }
 
-  /// A controller of the same kind whose arm stands at the same place, with another clock, that never gives
-  /// up.
-  RsiClient twin() const;
+  /// A controller of the same kind whose arm stands at the same place, and that never gives up.
+  ///
+  /// @param ipoc_by  how far its clock is ahead of this one's, ms; 0: far
+  RsiClient twin(std::int64_t ipoc_by) const;
 
   /// Names in the replies that a controller ignores silently, each returned once.
   std::vector<std::string> take_unknown_names() { return replies_.take_unknown_names(); }

@@ -56,7 +56,7 @@ bool RsiExchange::begin(const ScenarioFault& fault) {
       client_.jump_ipoc(fault.ipoc_by);
       return false;
     case FaultKind::RsiSecondSender:
-      wire_.begin_second_sender(client_.twin(), fault.from);
+      wire_.begin_second_sender(client_.twin(fault.ipoc_by), fault.from);
       return false;
     default:
       return false;

@@ -1,0 +1,67 @@
+#include "tests/world/correction_judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "core/math/units.hpp"
+#include "tests/world/answers.hpp"
+#include "tests/world/rsi_attribute.hpp"
+
+namespace truepose::world {
+
+namespace asio = boost::asio;
+namespace json = boost::json;
+
+namespace {
+
+constexpr int kRampedIn = 1000;  // cycles, several times the ramp
+// In so many cycles the correction has come to rest behind an arm that stands.
+constexpr int kAtRest = 50;
+constexpr double kLargestError_mm = 0.005;
+
+std::optional<std::array<double, 6>> axes_rad(std::string_view text, const std::string& element) {
+  std::array<double, 6> axes{};
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const auto deg = rsi_attribute(text, element, "A" + std::to_string(i + 1));
+    if (!deg) return std::nullopt;
+    axes[i] = *deg * kRadPerDeg;
+  }
+  return axes;
+}
+
+}  // namespace
+
+asio::awaitable<void> CorrectionJudge::armed(Client& client) {
+  const json::value answer = co_await client.ask("model.get");
+  if (!is_result(answer)) co_return;
+  model_ = arm_of(result_of(answer).at("parameters").as_array(), nominal_);
+  model_->base = model_->base_turn = model_->reflector = {};
+}
+
+void CorrectionJudge::see(const RsiCycle& cycle) {
+  const bool goes_on = cycle.session == session_ && !cycle.reply.empty() && model_ && !log_.is_disturbed();
+  session_ = cycle.session;
+  cycles_ = goes_on ? cycles_ + 1 : 0;
+  const auto wanted = axes_rad(cycle.datagram, "ASPos");
+  at_rest_ = goes_on && wanted == wanted_ ? at_rest_ + 1 : 0;
+  wanted_ = wanted;
+  if (cycles_ >= kRampedIn && at_rest_ == kAtRest && wanted_) judge(cycle.reply);
+}
+
+void CorrectionJudge::judge(std::string_view reply) {
+  const auto correction = axes_rad(reply, "AK");
+  if (!correction) return;
+  std::array<double, 6> corrected = *wanted_;
+  for (std::size_t i = 0; i < corrected.size(); ++i) corrected[i] += (*correction)[i];
+  const Arm::Vector is = model_->point(corrected), should = nominal_arm(nominal_).point(*wanted_);
+  const double error_mm = std::hypot(is[0] - should[0], is[1] - should[1], is[2] - should[2]);
+  ++compared;
+  largest_error_mm = std::max(largest_error_mm, error_mm);
+  if (error_mm > kLargestError_mm)
+    log_.broken("the corrected flange is " + std::to_string(error_mm) +
+                " mm from where the active model has it");
+}
+
+}  // namespace truepose::world
