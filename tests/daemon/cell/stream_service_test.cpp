@@ -317,6 +317,23 @@ TEST_F(AFrozenStream, CanBeAcknowledgedInAnyStateThatItOutlives) {
   });
 }
 
+TEST_F(AWatchedStream, WarnsOfACorrectionThatItDoesNotKnowAsLongAsItsSessionLasts) {
+  play([this]() -> Wait {
+    rig.applied = axes_deg({1, 0, 0, 0, 0, 0});  // by a daemon before
+    for (int cycle = 0; cycle < 500; ++cycle) {
+      rig.q[0] += 0.0005;
+      co_await pass(4ms);
+    }
+    Answer now = co_await ask("cell.status");
+    EXPECT_EQ(now->at_pointer("/faults/0/code"), "E_STREAM_UNCONFIRMED");
+    sends = false;
+    co_await pass(1s);
+    now = co_await ask("cell.status");
+    EXPECT_EQ(now->at("state"), "ready");
+    EXPECT_EQ(fault_of(*now), "");
+  });
+}
+
 TEST_F(AWatchedStream, IsRefusedAtOnceWhileAnEmergencyStopIsPressedAndTheDevicesStay) {
   play([this]() -> Wait {
     robot.press_emergency_stop(true);
