@@ -119,8 +119,8 @@ def help_texts(environment, program="truepose", words=()):
     """The help of a program and of all its commands."""
     text = subprocess.run([program, *words, "--help"], env=environment, capture_output=True, text=True, check=True).stdout
     parts = [f"$ {' '.join([program, *words])} --help", text.rstrip("\n")]
-    commands = text.partition("\nSubcommands:\n")[2].splitlines()
-    for command in [line.split()[0] for line in commands if line.startswith("  ") and line[2] != " "]:
+    sections = [part.splitlines() for part in text.split("\n\n") if part.startswith("Commands")]
+    for command in [line.split()[0] for lines in sections for line in lines if line.startswith("  ") and line[2] != " "]:
         parts += help_texts(environment, program, (*words, command))
     return parts
 

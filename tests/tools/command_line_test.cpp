@@ -176,19 +176,28 @@ TEST_F(Words, ThatAreMissingLeaveValuesAsTheyAre) {
 }
 
 TEST_F(Words, ThatDoNotFitAreRefusedInOneLine) {
-  const std::string see = " (see truepose --help)\n";
+  const std::string see = " (see truepose group work --help)\n";
   const auto refusal = [this](const std::vector<std::string>& words) {
     EXPECT_EQ(run(words), kBadInput);
     EXPECT_EQ(out_, "");
     return err_;
   };
-  EXPECT_EQ(refusal({"--number", "11"}), "truepose: --number: Value 11 not in range 5 to 10" + see);
+  EXPECT_EQ(refusal({"--number", "11"}), "truepose: --number: 11 is out of range. Give 5 to 10" + see);
   EXPECT_EQ(refusal({"--word", "green"}),
             "truepose: --word: 'green' is not available in this version (available: red, blue)" + see);
   EXPECT_EQ(refusal({"--share", "0.5"}), "truepose: --share requires --flag" + see);
   EXPECT_EQ(refusal({"--flag", "--share", "1", "--word", "red"}), "truepose: --share excludes --word" + see);
   EXPECT_EQ(refusal({"--choice", "--no-choice"}), "truepose: --choice excludes --no-choice" + see);
-  EXPECT_THAT(refusal({"--list", "1,2,3"}), HasSubstr("--list"));
+  EXPECT_EQ(refusal({"--list", "1,2,3"}), "truepose: --list: expected 2 values, found 3" + see);
+  EXPECT_EQ(refusal({"--flga"}), "truepose: --flga: unknown option, did you mean '--flag'?" + see);
+  EXPECT_EQ(refusal({"--number", "nine"}), "truepose: --number: expected a whole number, found 'nine'" + see);
+  EXPECT_EQ(refusal({"--number", "010"}), "truepose: --number: expected a whole number, found '010'" + see)
+      << "which is eight to some";
+  EXPECT_EQ(refusal({"--number"}), "truepose: --number: expected N behind it, found nothing" + see);
+  EXPECT_EQ(refusal({"--number", "7", "--number", "8"}),
+            "truepose: --number is given 2 times (7, 8). Give it once" + see);
+  EXPECT_EQ(refusal({"here", "there"}),
+            "truepose: 'there' is one argument too many. Name the option it is for" + see);
 }
 
 TEST_F(Words, ThatNameNoCommandAreReportedWithTheNearest) {
@@ -201,10 +210,18 @@ TEST_F(Words, ThatNameNoCommandAreReportedWithTheNearest) {
   EXPECT_EQ(refusal({"grou"}), "truepose: 'grou' is no command, did you mean 'group'?" + see);
   EXPECT_EQ(refusal({"calibrate", "--robot", "r.yaml"}), "truepose: 'calibrate' is no command" + see);
   EXPECT_EQ(refusal({"group", "wrok"}),
-            "truepose: 'wrok' is no command of group, did you mean 'work'?" + see);
-  EXPECT_EQ(refusal({}), "truepose: A subcommand is required" + see);
-  EXPECT_THAT(refusal({"group", "work", "here", "there"}), HasSubstr("there"))
-      << "a word too many of a command";
+            "truepose: 'wrok' is no command of group, did you mean 'work'? (see truepose group --help)\n");
+  EXPECT_EQ(refusal({"help", "grop"}), "truepose: help: 'grop' is no command, did you mean 'group'?\n");
+  EXPECT_EQ(refusal({"help", "group", "wrok"}),
+            "truepose: help: 'wrok' is no command of group, did you mean 'work'?\n");
+}
+
+TEST_F(Words, WithoutACommandAreAnsweredByTheHelpAndFail) {
+  for (const std::vector<std::string>& words : {std::vector<std::string>{}, {"group"}}) {
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(run_command_line(line_of(values_, [] { return 0; }), words), kBadInput);
+    EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("Commands"));
+  }
 }
 
 TEST(Subjects, OfSeveralExactlyOneIsGiven) {
@@ -236,13 +253,100 @@ TEST_F(Words, EndAsTheCommandEnds) {
   EXPECT_EQ(err_, "truepose: a.yaml: bad\n");
   EXPECT_EQ(run({}, []() -> int { throw std::runtime_error{"broken"}; }), 1);
   EXPECT_EQ(run({}, []() -> int { throw bad_usage("a without b"); }), 2);
-  EXPECT_EQ(err_, "truepose: a without b (see truepose --help)\n");
+  EXPECT_EQ(err_, "truepose: a without b (see truepose group work --help)\n");
 }
 
+TEST_F(Words, AskForErrorsAsJson) {
+  std::string json;
+  const auto error_of = [&](bool is_last, const std::function<int()>& work) {
+    CommandLine line = line_of(values_, work);
+    bool as_json = false;
+    line.commands.back().options.push_back({"--json", &as_json, "As JSON"});
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(run_command_line(line, is_last ? std::vector<std::string>{"group", "work", "--json"}
+                                             : std::vector<std::string>{"--json", "group"}),
+              kBadInput);
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    return json::parse(testing::internal::GetCapturedStderr()).at("error");
+  };
+  const json::value bad = error_of(true, []() -> int { throw bad_usage("a without b"); });
+  EXPECT_EQ(bad,
+            json::parse(R"({"exit_code":2,"message":"a without b","see":"truepose group work --help"})"));
+  EXPECT_EQ(error_of(true, []() -> int { throw config::ConfigError{"a.yaml: bad"}; }),
+            json::parse(R"({"exit_code":2,"message":"a.yaml: bad"})"));
+  EXPECT_EQ(error_of(false, [] { return 0; }).at("see"), "truepose group --help");
+}
+
+// ---- Help ----
+
 TEST_F(Words, AskForHelpOnStandardOutput) {
-  EXPECT_EQ(run({"--help"}), 0);
-  EXPECT_THAT(out_, HasSubstr("--number INT:INT in [5 - 10]"));
-  EXPECT_THAT(out_, HasSubstr("--share FLOAT Needs: --flag Excludes: --word"));
+  ::setenv("COLUMNS", "60", 1);
+  ASSERT_EQ(run({"--help"}), 0);
+  ::unsetenv("COLUMNS");
+  const std::string help = out_;
+  EXPECT_EQ(help,
+            "works.\n"
+            "Usage: truepose group work [PLACE] [OPTIONS]\n"
+            "\n"
+            "Examples:\n"
+            "  truepose group work\n"
+            "\n"
+            "Arguments:\n"
+            "  PLACE                     a value by its place\n"
+            "\n"
+            "Options:\n"
+            "  --flag                    a flag\n"
+            "  --choice, --no-choice     a choice\n"
+            "  --number N                a number. From 5 to 10.\n"
+            "  --share NUMBER            a share. Needs --flag. Not with\n"
+            "                            --word.\n"
+            "  --word red|blue           a word. Not with --share.\n"
+            "  --list NUMBER,..          a list\n"
+            "  -h, --help                Print this help\n");
+  ::setenv("COLUMNS", "60", 1);
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_command_line(line_of(values_, [] { return 0; }), {"help", "group", "work"}), 0);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), help);
+  ::unsetenv("COLUMNS");
+}
+
+/// All commands but those that main() adds to them: of the daemon.
+TEST(Help, BeginsWithCapitalsAndShowsExamples) {
+  for (const Command& command : online_commands().commands) {
+    EXPECT_FALSE(std::islower(command.help.front())) << command.name;
+    bool needs_more = false;
+    for (const Option& option : command.options) {
+      EXPECT_FALSE(std::islower(option.help.front())) << command.name << " " << option.name;
+      needs_more |= option.rules.required;
+    }
+    EXPECT_TRUE(!needs_more || !command.examples.empty()) << command.name;
+  }
+}
+
+TEST(Place, OfAnOptionTakesTheWordsWithoutANameInTheirOrder) {
+  std::string robot, out;
+  std::vector<std::string> data;
+  const CommandLine line{
+      .options = {},
+      .commands = {
+          {.name = "work",
+           .help = "Works",
+           .options = {{"--robot", &robot, "Robot", {.required = true, .place = "ROBOT"}},
+                       {"--data", &data, "Data", {.required = true, .place = "DATA", .repeats = true}},
+                       {"--out", &out, "Out"}},
+           .run = [] { return 0; }}}};
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"r", "d", "-o", "x"},
+                                                {"--out", "x", "r", "d"},
+                                                {"--robot", "r", "d", "--out=x"},
+                                                {"r", "--data", "d", "-ox"}}) {
+    robot.clear(), out.clear(), data.clear();
+    std::vector<std::string> all{"work"};
+    all.insert(all.end(), words.begin(), words.end());
+    EXPECT_EQ(run_command_line(line, all), 0);
+    EXPECT_EQ(robot + " " + out, "r x");
+    EXPECT_EQ(data, std::vector<std::string>{"d"});
+  }
 }
 
 TEST(Environment, SaysTheValueOfAnOptionThatNoWordGives) {

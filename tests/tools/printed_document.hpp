@@ -18,4 +18,9 @@ inline boost::json::value printed_document(const std::string& out) {
   return *document;
 }
 
+/// Why a command ended that was asked for JSON: the line on its standard error.
+inline std::string error_message(const std::string& err) {
+  return std::string{printed_document(err).at_pointer("/error/message").as_string()};
+}
+
 }  // namespace truepose

@@ -129,11 +129,10 @@ TEST_F(WrongPoint, MissesAToleranceInOtherSplitsThanTheFirst) {
   const Finished all = run_all({"--tolerance", "0.5"});
   EXPECT_EQ(all.exit_code, 1);
   EXPECT_EQ(
-      all.err,
-      "truepose: " + data_ +
-          formatted(": errors of %d of the %d splits are beyond the tolerance of 0.500 mm, the largest, "
-                    "%.3f mm, in that of seed %d. Add layers or poses, or allow more.\n",
-                    beyond, kSplits, greatest_mm, worst));
+      error_message(all.err),
+      data_ + formatted(": errors of %d of the %d splits are beyond the tolerance of 0.500 mm, the largest, "
+                        "%.3f mm, in that of seed %d. Add layers or poses, or allow more.",
+                        beyond, kSplits, greatest_mm, worst));
   EXPECT_EQ(printed_document(all.out).at_pointer("/verdict/color"), "red");
   EXPECT_EQ(run_all({"--tolerance", "20"}).exit_code, 0);
 }

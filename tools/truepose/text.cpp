@@ -32,6 +32,27 @@ std::string text_table(const std::vector<Cells>& rows) {
   return text_table(columns, rows);
 }
 
+std::string wrapped(std::string_view text, std::size_t width, std::size_t indent) {
+  std::string out;
+  std::size_t column = indent;
+  while (!text.empty()) {
+    const std::size_t size = std::min(text.find(' '), text.size());
+    const std::string_view word = text.substr(0, size);
+    text.remove_prefix(std::min(size + 1, text.size()));
+    const bool breaks = !out.empty() && width > 0 && column + 1 + word.size() > width;
+    if (breaks) {
+      (out += '\n').append(indent, ' ');
+      column = indent;
+    } else if (!out.empty()) {
+      out += ' ';
+      ++column;
+    }
+    out += word;
+    column += word.size();
+  }
+  return out;
+}
+
 std::string shown(const std::string& text) { return text.empty() ? "-" : text; }
 
 std::string shown(std::optional<double> number, int decimals, const char* unit) {

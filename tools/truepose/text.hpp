@@ -3,6 +3,7 @@
 #include <concepts>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace truepose::tools {
@@ -22,6 +23,10 @@ std::string text_table(const std::vector<Column>& columns, const std::vector<Cel
 
 /// The same with columns as wide as their widest cell, from the left, two spaces apart.
 std::string text_table(const std::vector<Cells>& rows);
+
+/// Text in lines of at most `width` columns, broken between words. A longer word has a line of its own.
+/// @param indent  of every line but the first, which begins at this column too; 0 of `width`: one line
+std::string wrapped(std::string_view text, std::size_t width, std::size_t indent);
 
 // ---- Values for people: "-" for what is empty ----
 

@@ -124,14 +124,11 @@ Option name_option(AccessCommand& command) {
   return {"NAME", &command.name, "Person or panel", {.required = true}};
 }
 
-std::vector<std::string> role_names() {
-  const auto names = names_of(control::kRoles);
-  return {names.begin(), names.end()};
-}
-
 }  // namespace
 
-Command access_commands() { return {.name = "access", .help = "Who may use the control port, and for what"}; }
+Command access_commands() {
+  return {.name = "access", .help = "Who may use the control port, and for what", .task = Task::Cell};
+}
 
 Command access_add_command() {
   const auto command = std::make_shared<AccessCommand>();
@@ -142,20 +139,22 @@ Command access_add_command() {
           .help = "Gives a client access: prints a token for it, or takes its certificate",
           .options = {name,
                       Option("--role", &c.role, "What it may do",
-                             {.required = true, .check = member_of(role_names())}),
+                             {.required = true, .check = available(names_of(control::kRoles))}),
                       Option("--certificate", &c.certificate,
                              "It is known by this certificate (PEM), over TLS, and by no token",
                              {.file = FileUse::Read}),
                       cell_option(c)},
-          .run = [command] { return run_add(*command); }};
+          .run = [command] { return run_add(*command); },
+          .examples = {{"access add anna --role engineer --cell cell.yaml"}}};
 }
 
 Command access_list_command() {
   const auto command = std::make_shared<AccessCommand>();
-  return {
-      .name = "access list", .help = "Names and roles", .options = {cell_option(*command)}, .run = [command] {
-        return run_list(*command);
-      }};
+  return {.name = "access list",
+          .help = "Names and roles",
+          .options = {cell_option(*command)},
+          .run = [command] { return run_list(*command); },
+          .examples = {{"access list --cell cell.yaml"}}};
 }
 
 Command access_revoke_command() {
@@ -163,7 +162,8 @@ Command access_revoke_command() {
   return {.name = "access revoke",
           .help = "Revokes a client's access; a daemon that runs closes its sessions within 2 s",
           .options = {name_option(*command), cell_option(*command)},
-          .run = [command] { return run_revoke(*command); }};
+          .run = [command] { return run_revoke(*command); },
+          .examples = {{"access revoke anna --cell cell.yaml"}}};
 }
 
 }  // namespace truepose::tools

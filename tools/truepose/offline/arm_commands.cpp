@@ -86,14 +86,16 @@ Command fk_command() {
   return {.name = "fk",
           .help = "Flange poses of joint positions, in the robot base frame",
           .options = {Option("--robot", &c.arm.robot, "Robot file (YAML)",
-                             {.required = true, .file = FileUse::Read}),
+                             {.required = true, .place = "ROBOT", .file = FileUse::Read}),
                       Option("--model", &c.arm.model,
                              "Model file of the calibrated arm; without it the nominal arm",
                              {.file = FileUse::Read}),
                       Option("--joints", &c.joints_file, "Joint positions (CSV: q1..qN in deg or mm)",
-                             {.required = true, .file = FileUse::Read}),
+                             {.required = true, .place = "JOINTS", .file = FileUse::Read}),
                       Option("--json", &c.as_json, "One JSON document: 16 numbers a pose, row major, mm")},
-          .run = [command] { return run_fk(*command); }};
+          .run = [command] { return run_fk(*command); },
+          .examples = {{"fk arm.yaml joints.csv", "Poses of the nominal arm"},
+                       {"fk arm.yaml joints.csv --model model.yaml", "Poses of the calibrated arm"}}};
 }
 
 Command export_command() {
@@ -103,13 +105,14 @@ Command export_command() {
       .name = "export",
       .help = "Writes a calibrated arm for other programs",
       .options = {Option("--model", &c.model_file, "Model file of the calibrated arm",
-                         {.required = true, .file = FileUse::Read}),
+                         {.required = true, .place = "MODEL", .file = FileUse::Read}),
                   Option("--urdf", &c.urdf_file,
                          "Kinematics (URDF); deviations of joints and a residual field do not fit into it",
                          {.file = FileUse::Written}),
                   Option("--csv", &c.csv_file, "Every parameter with its unit, sigma and share of the data",
                          {.file = FileUse::Written})},
-      .run = [command] { return run_export(*command); }};
+      .run = [command] { return run_export(*command); },
+      .examples = {{"export model.yaml --urdf arm.urdf --csv parameters.csv"}}};
 }
 
 }  // namespace truepose::tools

@@ -105,7 +105,8 @@ Command audit_verify_command() {
       .name = "audit verify",
       .help = "Checks that the audit log is what the daemon wrote, and complete",
       .options =
-          {Option("--cell", &command->cell_file, "Cell file", {.required = true, .file = FileUse::Read}),
+          {Option("--cell", &command->cell_file, "Cell file",
+                  {.required = true, .place = "CELL", .file = FileUse::Read}),
            Option(
                "--journal", &command->journal,
                "Log of the daemon (journalctl -o cat): the ends of the trail that it has must be in the audit log",
@@ -113,7 +114,8 @@ Command audit_verify_command() {
            Option("--json", &command->json,
                   "Print one JSON document: the file, its number of records, the hash of the last, what was "
                   "acknowledged")},
-      .run = [command] { return run_verify(*command); }};
+      .run = [command] { return run_verify(*command); },
+      .examples = {{"audit verify cell.yaml"}}};
 }
 
 }  // namespace truepose::tools

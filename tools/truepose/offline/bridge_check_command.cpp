@@ -77,21 +77,23 @@ int run_bridge_check(const BridgeCheckCommand& command) {
 Command bridge_check_command() {
   const auto command = std::make_shared<BridgeCheckCommand>();
   BridgeCheckCommand& c = *command;
-  return {
-      .name = "bridge-check",
-      .help = "Tries every promise of a tracker's bridge (docs/trackers.md)",
-      .options = {Option("bridge", &c.where, "HOST:PORT that it listens on", {.required = true}),
-                  Option("--at", &c.at_mm,
-                         "X,Y,Z (mm, tracker frame) where a reflector stands; without it the tracker is not "
-                         "moved, and what needs that is skipped",
-                         {.count = 3}),
-                  Option("--search", &c.search_mm, "mm around it that are searched",
-                         {.shows_default = true, .check = in_range(1.0, 5000.0)}),
-                  Option("--measure-ms", &c.measure_ms, "of one measurement",
-                         {.shows_default = true, .check = in_range(1, 60'000)}),
-                  Option("--json", &c.json,
-                         "Print one JSON document: a list of {promise, outcome, found, next}")},
-      .run = [command] { return run_bridge_check(*command); }};
+  return {.name = "bridge-check",
+          .help = "Tries every promise of a tracker's bridge (docs/trackers.md)",
+          .options = {Option("bridge", &c.where, "Where the bridge listens",
+                             {.required = true, .type = "HOST:PORT"}),
+                      Option("--at", &c.at_mm,
+                             "Where a reflector stands (mm, tracker frame); without it the tracker is not "
+                             "moved, and what needs that is skipped",
+                             {.type = "X,Y,Z", .count = 3}),
+                      Option("--search", &c.search_mm, "Radius around it that is searched",
+                             {.shows_default = true, .check = in_range(1.0, 5000.0), .type = "MM"}),
+                      Option("--measure-ms", &c.measure_ms, "Duration of one measurement",
+                             {.shows_default = true, .check = in_range(1, 60'000), .type = "MS"}),
+                      Option("--json", &c.json,
+                             "Print one JSON document: a list of {promise, outcome, found, next}")},
+          .run = [command] { return run_bridge_check(*command); },
+          .task = Task::Diagnosis,
+          .examples = {{"bridge-check 127.0.0.1:7300 --at 2000,0,1000"}}};
 }
 
 }  // namespace truepose::tools

@@ -305,48 +305,50 @@ Command calibrate_command() {
       .name = "calibrate",
       .help = "Identifies how a real arm differs from its data sheet",
       .options =
-          {Option("--robot", &c.robot_file, "Robot file (YAML)", {.required = true, .file = FileUse::Read}),
+          {Option("--robot", &c.robot_file, "Robot file (YAML)",
+                  {.required = true, .place = "ROBOT", .file = FileUse::Read}),
            Option("--data", &c.data_files,
                   "Measurements (CSV); rows marked set=validate validate. Once for each station of the "
                   "tracker; the base in --out is the one that the first sees",
-                  {.required = true, .repeats = true, .file = FileUse::Read}),
+                  {.required = true, .place = "DATA", .repeats = true, .file = FileUse::Read}),
            Option("--validate", &c.validate_file,
                   "Measurements that validate, in place of those marked in the data",
                   {.file = FileUse::Read}),
            Option("--split", &c.split, "Part of the poses that identify; the rest validate",
-                  {.check = in_range(0.01, 0.99), .excludes = {"--validate"}}),
+                  {.check = in_range(0.01, 0.99), .type = "SHARE", .excludes = {"--validate"}}),
            Option("--folds", &c.folds,
                   "Cross-validation: as many parts of the poses, each predicted from the others; the arm is "
                   "identified from all",
                   {.check = in_range(2, 10'000), .excludes = {"--validate", "--split"}}),
-           Option("--seed", &c.seed, "Of the split or the folds"),
+           Option("--seed", &c.seed, "Seed of the random split or folds; default: 0"),
            Option("--repeat", &c.repeat, "Splits with as many seeds, their mean and standard deviation",
                   {.check = in_range(1, 10'000), .needs = {"--split"}}),
            Option(
                "--non-geometric", &c.non_geometric,
                "Non-geometric errors of the joints (gear harmonics, compliance, backlash): those that cross-validation keeps",
-               {.check = available(names_of(kNoneOrAuto))}),
-           Option("--harmonics", &c.harmonics, "Multiples of a joint's angle to look for, as 1,2,162",
+               {.shows_default = true, .check = available(names_of(kNoneOrAuto))}),
+           Option("--harmonics", &c.harmonics,
+                  "Multiples of a joint's angle to look for, as 1,2,162; needs --non-geometric auto",
                   {.check = in_range(1, 10'000)}),
            Option(
                "--residual", &c.residual,
                "Gaussian process over what the model leaves; auto: where cross-validation shows that it helps",
-               {.check = available(names_of(kFieldNames))}),
+               {.shows_default = true, .check = available(names_of(kFieldNames))}),
            Option(
                "--thermal", &c.thermal,
                "Source of the arm's temperatures: the columns temp1.., or the time of a campaign that began cold; "
                "auto: the columns where there are some, else time, or the order of the rows, where that "
                "shows beyond doubt",
-               {.check = available(names_of(kThermalNames))}),
+               {.shows_default = true, .check = available(names_of(kThermalNames))}),
            Option("--loss", &c.loss,
                   "Weight of a residual; outlier-rejection: points beyond six sigma are left out",
-                  {.check = available(names_of(kLossNames))}),
+                  {.shows_default = true, .check = available(names_of(kLossNames))}),
            Option("--prior", &c.prior, "Whether deviations from the data sheet are taken as small",
-                  {.check = available(names_of(kPriorNames))}),
+                  {.shows_default = true, .check = available(names_of(kPriorNames))}),
            tracker_noise_option(c.noise),
            repeatability_option(c.noise),
            Option("--tolerance", &c.tolerance_mm, "Largest error that the verdict allows, mm",
-                  {.check = in_range(1e-6, 1000.0)}),
+                  {.check = in_range(1e-6, 1000.0), .type = "MM"}),
            Option("--local", &c.is_local,
                   "The model is used among the measured poses alone: that they are narrow is no doubt"),
            jobs_option(c.jobs),
@@ -355,7 +357,13 @@ Command calibrate_command() {
            Option("--report", &c.report_file, "Write a report here (HTML, one file)",
                   {.file = FileUse::Written}),
            Option("--json", &c.as_json, "One JSON document")},
-      .run = [command] { return run_calibrate(*command); }};
+      .run = [command] { return run_calibrate(*command); },
+      .examples = {{"calibrate arm.yaml points.csv --split 0.7 -o model.yaml --report report.html",
+                    "Identify from 70 % of the poses, validate on the others, write model and report"},
+                   {"calibrate arm.yaml points.csv --folds 5 --tracker-noise 0.01,0.006",
+                    "Validate every pose by the others; the noise is that of the tracker's data sheet"},
+                   {"calibrate arm.yaml points.csv --split 0.7 --non-geometric auto --tolerance 0.2",
+                    "Add compliance, gear harmonics and backlash; red where an error is above 0.2 mm"}}};
 }
 
 }  // namespace truepose::tools

@@ -69,9 +69,10 @@ Command compensate_command() {
       .name = "compensate",
       .help = "Joint positions at which the real arm stands where it should",
       .options =
-          {Option("--robot", &o.arm.robot, "Robot file (YAML)", {.required = true, .file = FileUse::Read}),
+          {Option("--robot", &o.arm.robot, "Robot file (YAML)",
+                  {.required = true, .place = "ROBOT", .file = FileUse::Read}),
            Option("--model", &o.arm.model, "Model file of the calibrated arm",
-                  {.required = true, .file = FileUse::Read}),
+                  {.required = true, .place = "MODEL", .file = FileUse::Read}),
            Option(
                "--program", &o.src,
                "KRL program (SRC): written again with its taught positions moved to where the real arm stands as "
@@ -88,7 +89,10 @@ Command compensate_command() {
                "--archive", &o.archive,
                "All programs of a controller: the folder that holds KRC, or the archive's .zip. Positions that "
                "several programs use are corrected once; --out is a folder, which gets the files that change",
-               {.excludes = {"--tool", "--base"}, .is_subject = true, .file = FileUse::Read}),
+               {.type = "DIR|ZIP",
+                .excludes = {"--tool", "--base"},
+                .is_subject = true,
+                .file = FileUse::Read}),
            Option("--config-dat", &o.config_dat,
                   "The controller's $config.dat: TOOL_DATA, BASE_DATA, home positions",
                   {.needs = {"--program"}, .file = FileUse::Read}),
@@ -128,48 +132,56 @@ Command compensate_command() {
                "--near", &o.near,
                "Joint positions (deg, mm) that the first pose is to be near to; otherwise the middle of the "
                "joints' ranges",
-               {.needs = {"--poses"}}),
+               {.type = "Q1,..", .needs = {"--poses"}}),
            Option("--position-only", &o.position_only,
                   "Only the position counts: the smallest change of the joints that reaches it",
                   {.excludes = {"--program", "--archive"}}),
            Option("--unit", &o.unit, "What turning joints of --joints are given in: deg (the default) or rad",
-                  {.check = member_of({"deg", "rad"}), .needs = {"--joints"}}),
+                  {.check = available({"deg", "rad"}), .needs = {"--joints"}}),
            Option(
                "--max-orientation-residual", &o.max_orientation_residual_deg,
                "Rows that give up more orientation (deg) next to a singularity are counted, and the command "
                "ends with 1",
                {.shows_default = true,
                 .check = in_range(0.0, 180.0),
+                .type = "DEG",
                 .excludes = {"--program", "--archive"}}),
            Option("--max-position-residual", &o.max_position_residual_mm, "The same for the position (mm)",
                   {.shows_default = true,
                    .check = in_range(0.0, 1000.0),
+                   .type = "MM",
                    .excludes = {"--program", "--archive"}}),
            Option(
                "--temperatures", &c.temperature_c,
                "Of the drives (C), one a joint, for a model with thermal expansion; otherwise its reference",
-               {.check = in_range(-50.0, 200.0)}),
+               {.check = in_range(-50.0, 200.0), .type = "C,.."}),
            Option("--report", &o.report_file,
                   "Write corrections, residuals and standard deviations as charts here (HTML)",
                   {.excludes = {"--program", "--archive"}, .file = FileUse::Written}),
            Option("--singularity-threshold", &c.singularity_threshold_deg,
                   "Angle (deg) between axes 4 and 6 below which corrections may be damped, position before "
                   "orientation; 0 = never",
-                  {.shows_default = true, .check = in_range(0.0, 90.0)}),
+                  {.shows_default = true, .check = in_range(0.0, 90.0), .type = "DEG"}),
            Option("--singularity-limit", &c.singularity_limit_deg,
                   "What axes 4 and 6 may be turned there against each other (deg)",
-                  {.shows_default = true, .check = in_range(0.001, 90.0)}),
+                  {.shows_default = true, .check = in_range(0.001, 90.0), .type = "DEG"}),
            Option(
                "--max-correction", &c.max_correction_deg,
                "Targets that would correct a joint by more (deg) are refused: only a singularity asks for it",
-               {.shows_default = true, .check = in_range(0.001, 180.0)}),
+               {.shows_default = true, .check = in_range(0.001, 180.0), .type = "DEG"}),
            Option(
                "--out", &o.out_file,
                "Write the joint positions (CSV; - is standard output), the program or the archive's files here",
                {.file = FileUse::Written}),
            Option("--json", &o.as_json, "One JSON document")},
       .run = [command] { return run_compensate(*command); },
-      .subjects = "What the real arm should reach"};
+      .subjects = "What the real arm should reach",
+      .examples = {{"compensate arm.yaml model.yaml --poses targets.csv -o joints.csv",
+                    "Joints at which the flange is at each pose"},
+                   {"compensate arm.yaml model.yaml --poses targets.csv --tool gun.yaml --base fixture.yaml",
+                    "The same for a TCP in a work frame"},
+                   {"compensate arm.yaml model.yaml --archive backup.zip -o corrected",
+                    "All KRL programs of a controller"}}};
 }
 
 }  // namespace truepose::tools

@@ -57,15 +57,19 @@ Command doctor_command() {
       .name = "doctor",
       .help =
           "Why nothing moves: looks at cell file, daemon, RSI, robot, tracker and this PC, and changes nothing",
-      .options = {Option("--cell", &c.cell_file, "Cell file", {.required = true, .file = FileUse::Read}),
+      .options = {Option("--cell", &c.cell_file, "Cell file",
+                         {.required = true, .place = "CELL", .file = FileUse::Read}),
                   Option("--daemon", &c.online.daemon,
-                         "HOST:PORT of the daemon, or the path of its control socket; default: the cell's"),
+                         "HOST:PORT of the daemon, or the path of its control socket; default: the cell's",
+                         {.type = "HOST:PORT"}),
                   Option("--token-file", &c.online.token_file,
-                         "file with the daemon's token, for HOST:PORT; default: the cell's",
+                         "File with the daemon's token, for HOST:PORT; default: the cell's",
                          {.environment = "TRUEPOSE_TOKEN_FILE", .file = FileUse::Read}),
                   Option("--json", &c.online.json,
                          "Print one JSON document: a list of {area, level, code, finding, next}")},
-      .run = [command] { return run_doctor(*command); }};
+      .run = [command] { return run_doctor(*command); },
+      .task = Task::Diagnosis,
+      .examples = {{"doctor cell.yaml"}}};
 }
 
 }  // namespace truepose::tools

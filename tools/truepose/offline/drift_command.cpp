@@ -91,14 +91,15 @@ Command drift_command() {
       .name = "drift",
       .help = "Whether a model is still right, from about five new points",
       .options =
-          {Option(
+          {Option("--robot", &c.arm.robot, "Robot file (YAML)",
+                  {.place = "ROBOT", .needs = {"--data"}, .file = FileUse::Read}),
+           Option("--model", &c.arm.model, "Model file of the calibrated arm",
+                  {.place = "MODEL", .needs = {"--data"}, .file = FileUse::Read}),
+           Option(
                "--data", &c.data_file,
                "New points in the same set-up (CSV, as for calibrate, sigma not regarded): about five, spread, all "
                "joints moved; without it the daemon measures them and checks its active model",
-               {.needs = {"--robot", "--model"}, .file = FileUse::Read}),
-           Option("--robot", &c.arm.robot, "Robot file (YAML)", {.needs = {"--data"}, .file = FileUse::Read}),
-           Option("--model", &c.arm.model, "Model file of the calibrated arm",
-                  {.needs = {"--data"}, .file = FileUse::Read}),
+               {.place = "DATA", .needs = {"--robot", "--model"}, .file = FileUse::Read}),
            tracker_noise_option(c.noise), repeatability_option(c.noise),
            Option(
                "--update", &c.update,
@@ -108,8 +109,9 @@ Command drift_command() {
                   {.needs = {"--update"}, .excludes = {"--data"}}),
            Option("--out", &c.out_file, "Write the updated model here (model file, YAML)",
                   {.needs = {"--update", "--data"}, .file = FileUse::Written}),
-           Option("--daemon", &c.online.daemon, "HOST:PORT of the daemon, or the path of its control socket"),
-           Option("--token-file", &c.online.token_file, "file with the daemon's token",
+           Option("--daemon", &c.online.daemon, "HOST:PORT of the daemon, or the path of its control socket",
+                  {.type = "HOST:PORT", .environment = "TRUEPOSE_DAEMON"}),
+           Option("--token-file", &c.online.token_file, "File with the daemon's token",
                   {.environment = "TRUEPOSE_TOKEN_FILE", .file = FileUse::Read}),
            Option("--json", &c.online.json, "One JSON document")},
       .run =
@@ -117,7 +119,11 @@ Command drift_command() {
             if (!command->data_file.empty()) return run_drift(*command);
             return check_drift(command->online, {.update = command->update, .activate = command->activate});
           },
-      .method = "drift.check"};
+      .method = "drift.check",
+      .examples = {
+          {"drift arm.yaml model.yaml five.csv", "Judge a model by five new points"},
+          {"drift arm.yaml model.yaml five.csv --update -o updated.yaml", "Bring it up to date by them"},
+          {"drift", "Let the daemon measure the points and judge its active model"}}};
 }
 
 }  // namespace truepose::tools

@@ -108,16 +108,18 @@ int run_base(const FrameCommand& command) {
 }
 
 std::vector<Option> common_options(FrameCommand& c, const char* data_help, const char* number_help) {
-  return {Option("--robot", &c.arm.robot, "Robot file (YAML)", {.required = true, .file = FileUse::Read}),
-          Option("--model", &c.arm.model, "Model file of the calibrated arm",
-                 {.required = true, .file = FileUse::Read}),
-          Option("--data", &c.data_file, data_help, {.required = true, .file = FileUse::Read}),
-          Option("--number", &c.number, number_help, {.shows_default = true, .check = in_range(1, 1000)}),
-          tracker_noise_option(c.noise),
-          repeatability_option(c.noise),
-          Option("--out", &c.out_file, "Write it here (YAML), for the other commands and the daemon",
-                 {.file = FileUse::Written}),
-          Option("--json", &c.as_json, "One JSON document")};
+  return {
+      Option("--robot", &c.arm.robot, "Robot file (YAML)",
+             {.required = true, .place = "ROBOT", .file = FileUse::Read}),
+      Option("--model", &c.arm.model, "Model file of the calibrated arm",
+             {.required = true, .place = "MODEL", .file = FileUse::Read}),
+      Option("--data", &c.data_file, data_help, {.required = true, .place = "DATA", .file = FileUse::Read}),
+      Option("--number", &c.number, number_help, {.shows_default = true, .check = in_range(1, 1000)}),
+      tracker_noise_option(c.noise),
+      repeatability_option(c.noise),
+      Option("--out", &c.out_file, "Write it here (YAML), for the other commands and the daemon",
+             {.file = FileUse::Written}),
+      Option("--json", &c.as_json, "One JSON document")};
 }
 
 }  // namespace
@@ -136,11 +138,13 @@ Command tool_command() {
       Option("--orientation", &c.orientation,
              "Orientation of the tool as a,b,c (deg), in place of a 6-D target's or, where the TCP alone is "
              "measured, the flange's",
-             {.count = 3}));
+             {.type = "A,B,C", .count = 3}));
   return {.name = "tool",
           .help = "Where a tool is on the flange of a calibrated arm, by a tracker or by touching one point",
           .options = std::move(options),
-          .run = [command] { return run_tool(*command); }};
+          .run = [command] { return run_tool(*command); },
+          .examples = {{"tool arm.yaml model.yaml tool.csv --number 3 -o gun.yaml",
+                        "The tool of TOOL_DATA[3], for compensate and for the daemon"}}};
 }
 
 Command base_command() {
@@ -157,7 +161,11 @@ Command base_command() {
   return {.name = "base",
           .help = "Where a work frame is in the base of a calibrated arm",
           .options = std::move(options),
-          .run = [command] { return run_base(*command); }};
+          .run = [command] { return run_base(*command); },
+          .examples = {{"base arm.yaml model.yaml base.csv --number 5 -o fixture.yaml",
+                        "The frame of BASE_DATA[5], by points that the tracker read"},
+                       {"base arm.yaml model.yaml touched.csv --tool gun.yaml",
+                        "The same by points that the TCP touched"}}};
 }
 
 }  // namespace truepose::tools

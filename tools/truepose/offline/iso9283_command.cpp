@@ -204,7 +204,7 @@ Command iso9283_command() {
                "--data", &c.data_file,
                "Cycles (CSV: point,cycle,x,y,z in mm; optional a,b,c in deg, smr, direction, and time, the same "
                "for all rows of a series; commanded poses in cx,cy,cz,ca,cb,cc or in --targets)",
-               {.file = FileUse::Read}),
+               {.place = "DATA", .file = FileUse::Read}),
            Option("--targets", &c.targets_file,
                   "Commanded poses of the measured point (CSV: point,x,y,z; optional a,b,c, smr)",
                   {.needs = {"--data"}, .file = FileUse::Read}),
@@ -225,7 +225,9 @@ Command iso9283_command() {
            Option("--report", &c.report_file, "Write a report here (HTML, one file)",
                   {.needs = {"--data"}, .file = FileUse::Written}),
            Option("--json", &c.as_json, "One JSON document", {.needs = {"--data"}})},
-      .run = [command] { return run_iso9283(*command); }};
+      .run = [command] { return run_iso9283(*command); },
+      .examples = {{"iso9283 --cube 1700,0,1100,800", "Print the five positions of a test"},
+                   {"iso9283 cycles.csv --report iso9283.html", "Evaluate what was measured"}}};
 }
 
 }  // namespace truepose::tools

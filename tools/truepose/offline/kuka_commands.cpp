@@ -246,18 +246,22 @@ int run_lint(const KukaLint& command) {
 
 }  // namespace
 
-Command kuka_commands() { return {.name = "kuka", .help = "What the KUKA controller loads"}; }
+Command kuka_commands() {
+  return {.name = "kuka", .help = "What the KUKA controller loads", .task = Task::Cell};
+}
 
 Command kuka_write_command() {
   const auto command = std::make_shared<KukaWrite>();
   KukaWrite& c = *command;
   return {.name = "kuka write",
           .help = "Writes the controller's files with this cell's addresses, limits and cycle",
-          .options = {Option("--cell", &c.cell_file, "Cell file", {.required = true, .file = FileUse::Read}),
+          .options = {Option("--cell", &c.cell_file, "Cell file",
+                             {.required = true, .place = "CELL", .file = FileUse::Read}),
                       Option("--kss", &c.kss, "Version of the controller's software",
                              {.shows_default = true, .check = available(kss_names())}),
-                      Option("--out", &c.folder, "Folder for them", {.required = true})},
-          .run = [command] { return run_write(*command); }};
+                      Option("--out", &c.folder, "Folder for them", {.required = true, .type = "DIR"})},
+          .run = [command] { return run_write(*command); },
+          .examples = {{"kuka write cell.yaml --kss 8.6 -o controller"}}};
 }
 
 Command kuka_lint_command() {
@@ -268,10 +272,12 @@ Command kuka_lint_command() {
       .help = "Says what in a controller's RSI files would keep corrections from the axes",
       .options = {Option("files", &c.files,
                          "RSI ethernet configuration and context (.rsix, .rsi.xml), in any order",
-                         {.required = true, .type = "FILES", .file = FileUse::Read}),
+                         {.required = true, .type = "FILE..", .file = FileUse::Read}),
                   Option("--cell", &c.cell_file, "Cell file: its bounds and addresses must agree with them",
                          {.file = FileUse::Read})},
-      .run = [command] { return run_lint(*command); }};
+      .run = [command] { return run_lint(*command); },
+      .examples = {{"kuka lint truepose_ethernet.xml truepose.rsix"},
+                   {"kuka lint truepose.rsix --cell cell.yaml"}}};
 }
 
 }  // namespace truepose::tools

@@ -145,7 +145,8 @@ Command listen_command() {
   return {.name = "listen",
           .help = "Who sends RSI datagrams here, and what; answers nothing",
           .options = {Option("PORT", &c.where,
-                             "PORT or HOST:PORT of this PC; left out: that of --cell or --ethernet"),
+                             "PORT or HOST:PORT of this PC; left out: that of --cell or --ethernet",
+                             {.type = "PORT"}),
                       Option("--cell", &c.cell_file, "Cell file: its elements are expected",
                              {.excludes = {"--ethernet"}, .file = FileUse::Read}),
                       Option("--ethernet", &c.ethernet_file,
@@ -155,7 +156,9 @@ Command listen_command() {
                              {.check = in_range(0.0, 1e9), .type = "SECONDS"}),
                       Option("--frames", &c.frames, "End after so many good frames"),
                       Option("--json", &c.json, "Print one JSON document")},
-          .run = [command] { return run_listen(*command); }};
+          .run = [command] { return run_listen(*command); },
+          .task = Task::Diagnosis,
+          .examples = {{"listen --cell cell.yaml --for 10"}, {"listen 49152"}}};
 }
 
 }  // namespace truepose::tools

@@ -146,23 +146,26 @@ int run_plan(const PlanCommand& command) {
 Command plan_command() {
   const auto command = std::make_shared<PlanCommand>();
   PlanCommand& c = *command;
-  return {
-      .name = "plan",
-      .help = "Chooses and orders poses to measure: reachable, clear, visible and worth it",
-      .options =
-          {Option("--robot", &c.robot_file, "Robot file (YAML) in place of the cell's",
-                  {.file = FileUse::Read}),
-           Option("--cell", &c.cell_file, "Cell file (YAML)", {.required = true, .file = FileUse::Read}),
-           Option("--poses", &c.poses, "How many", {.shows_default = true, .check = in_range(5, 1000)}),
-           Option("--candidates", &c.candidates, "Random poses to choose from; else the cell's",
-                  {.check = in_range(10, 100'000)}),
-           Option("--seed", &c.seed, "Of the candidates; else the cell's"),
-           Option("--criterion", &c.criterion,
-                  "i: best predictions over the task; d, a: best parameters; else the cell's",
-                  {.check = available({"i", "d", "a"})}),
-           Option("--out", &c.out_file, "Write the joint positions here (CSV)", {.file = FileUse::Written}),
-           Option("--json", &c.as_json, "One JSON document; joints in deg and mm")},
-      .run = [command] { return run_plan(*command); }};
+  return {.name = "plan",
+          .help = "Chooses and orders poses to measure: reachable, clear, visible and worth it",
+          .options = {Option("--robot", &c.robot_file, "Robot file (YAML) in place of the cell's",
+                             {.file = FileUse::Read}),
+                      Option("--cell", &c.cell_file, "Cell file (YAML)",
+                             {.required = true, .place = "CELL", .file = FileUse::Read}),
+                      Option("--poses", &c.poses, "How many",
+                             {.shows_default = true, .check = in_range(5, 1000)}),
+                      Option("--candidates", &c.candidates, "Random poses to choose from; else the cell's",
+                             {.check = in_range(10, 100'000)}),
+                      Option("--seed", &c.seed, "Of the candidates; else the cell's"),
+                      Option("--criterion", &c.criterion,
+                             "i: best predictions over the task; d, a: best parameters; else the cell's",
+                             {.check = available({"i", "d", "a"})}),
+                      Option("--out", &c.out_file, "Write the joint positions here (CSV)",
+                             {.file = FileUse::Written}),
+                      Option("--json", &c.as_json, "One JSON document; joints in deg and mm")},
+          .run = [command] { return run_plan(*command); },
+          .examples = {{"plan cell.yaml --poses 40 -o poses.csv",
+                        "Forty poses that determine the model best, in a short order"}}};
 }
 
 }  // namespace truepose::tools

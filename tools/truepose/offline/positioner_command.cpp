@@ -137,9 +137,9 @@ Command positioner_command() {
           "Where a turntable or positioner stands in the base of a calibrated arm, and the workpiece on it",
       .options =
           {Option("--robot", &c.arm.robot, "Robot file of the arm (YAML)",
-                  {.required = true, .file = FileUse::Read}),
+                  {.required = true, .place = "ROBOT", .file = FileUse::Read}),
            Option("--model", &c.arm.model, "Model file of the calibrated arm",
-                  {.required = true, .file = FileUse::Read}),
+                  {.required = true, .place = "MODEL", .file = FileUse::Read}),
            Option("--positioner", &c.table.robot,
                   "Robot file of the positioner: one or two joints, the root its base, the table its flange",
                   {.required = true, .file = FileUse::Read}),
@@ -164,7 +164,9 @@ Command positioner_command() {
            Option("--out", &c.out_file, "Write both here (YAML), for truepose compensate",
                   {.needs = {"--data"}, .file = FileUse::Written}),
            Option("--json", &c.as_json, "One JSON document")},
-      .run = [command] { return run_positioner(*command); }};
+      .run = [command] { return run_positioner(*command); },
+      .examples = {
+          {"positioner arm.yaml model.yaml --positioner table.yaml --positioner-model table_model.yaml --root 1900,350,-150,25,0,0 --data workpiece.csv -o positioner.yaml"}}};
 }
 
 }  // namespace truepose::tools

@@ -171,9 +171,11 @@ Command replay_command() {
   return {
       .name = "replay",
       .help = "Feeds the RSI packets of a recording (pcapng) to the stream again, and compares the replies",
-      .options = {Option("FILE", &c.file, "recording", {.required = true, .file = FileUse::Read}),
-                  Option("--json", &c.json, "print one JSON document")},
-      .run = [command] { return run_replay(*command); }};
+      .options = {Option("FILE", &c.file, "Recording (pcapng)", {.required = true, .file = FileUse::Read}),
+                  Option("--json", &c.json, "One JSON document")},
+      .run = [command] { return run_replay(*command); },
+      .task = Task::Diagnosis,
+      .examples = {{"replay 20260131T120000Z.pcapng"}}};
 }
 
 }  // namespace truepose::tools

@@ -38,12 +38,14 @@ int run_restore(const RestoreCommand& command) {
 Command restore_command() {
   const auto command = std::make_shared<RestoreCommand>();
   return {.name = "restore",
-          .help = "Put a backup in the place of a cell's store, while no daemon has that",
+          .help = "Puts a backup in the place of a cell's store, while no daemon has that",
           .options = {Option("FILE", &command->backup, "Backup, or any copy of a store",
                              {.required = true, .file = FileUse::Read}),
                       Option("--cell", &command->cell_file, "Cell file",
                              {.required = true, .file = FileUse::Read})},
-          .run = [command] { return run_restore(*command); }};
+          .run = [command] { return run_restore(*command); },
+          .task = Task::Cell,
+          .examples = {{"restore store.backup --cell cell.yaml"}}};
 }
 
 }  // namespace truepose::tools

@@ -84,7 +84,9 @@ Command robot_fix_command() {
                       Option("--out-data", &c.out_data_file,
                              "The corrected measurements, where the mistake is in them",
                              {.file = FileUse::Written})},
-          .run = [command] { return run_fix(*command); }};
+          .run = [command] { return run_fix(*command); },
+          .examples = {{"robot fix arm.yaml points.csv -o fixed.yaml",
+                        "Write the robot file that agrees with the measurements"}}};
 }
 
 }  // namespace truepose::tools

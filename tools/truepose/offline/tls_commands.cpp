@@ -87,7 +87,10 @@ int run_client(const TlsCommand& command) {
 }
 
 Option folder_option(TlsCommand& command) {
-  return {"--dir", &command.folder, "Folder of the cell's CA and certificates", {.required = true}};
+  return {"--dir",
+          &command.folder,
+          "Folder of the cell's CA and certificates",
+          {.required = true, .type = "DIR"}};
 }
 
 /// What would be more than a name in a certificate.
@@ -102,17 +105,22 @@ std::string host_fault(const std::string& host) {
 
 }  // namespace
 
-Command tls_commands() { return {.name = "tls", .help = "Certificates for the control port"}; }
+Command tls_commands() {
+  return {.name = "tls", .help = "Certificates for the control port", .task = Task::Cell};
+}
 
 Command tls_init_command() {
   const auto command = std::make_shared<TlsCommand>();
   TlsCommand& c = *command;
-  return {.name = "tls init",
-          .help = "Makes the cell's CA where there is none, and a certificate of the daemon, new each time",
-          .options = {folder_option(c),
-                      Option("--host", &c.hosts, "Name or IP address that clients call the daemon by",
-                             {.required = true, .check = Check{"", host_fault}, .repeats = true})},
-          .run = [command] { return run_init(*command); }};
+  return {
+      .name = "tls init",
+      .help = "Makes the cell's CA where there is none, and a certificate of the daemon, new each time",
+      .options = {folder_option(c),
+                  Option(
+                      "--host", &c.hosts, "Name or IP address that clients call the daemon by",
+                      {.required = true, .check = Check{"", host_fault}, .type = "HOST", .repeats = true})},
+      .run = [command] { return run_init(*command); },
+      .examples = {{"tls init --dir tls --host cell.example"}}};
 }
 
 Command tls_client_command() {
@@ -123,7 +131,8 @@ Command tls_client_command() {
           .options = {Option("NAME", &c.name, "Person or panel",
                              {.required = true, .check = Check{"", control::access_name_fault}}),
                       folder_option(c)},
-          .run = [command] { return run_client(*command); }};
+          .run = [command] { return run_client(*command); },
+          .examples = {{"tls client panel --dir tls"}}};
 }
 
 }  // namespace truepose::tools

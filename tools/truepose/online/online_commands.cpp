@@ -1,5 +1,6 @@
 #include "tools/truepose/online/online_commands.hpp"
 
+#include <algorithm>
 #include <boost/json/object.hpp>
 #include <boost/json/value_from.hpp>
 #include <cstdio>
@@ -103,12 +104,14 @@ int call_method(const OnlineArguments& given, const json::object&) {
 
 std::vector<Option> connection_options(OnlineOptions& online) {
   return {
-      {"--daemon", &online.daemon,
+      {"--daemon",
+       &online.daemon,
        "HOST:PORT of the daemon, or the path of its control socket; default: the control socket of the one "
-       "that runs here, else 127.0.0.1:7210"},
+       "that runs here, else 127.0.0.1:7210",
+       {.type = "HOST:PORT", .environment = "TRUEPOSE_DAEMON"}},
       {"--token-file",
        &online.token_file,
-       "file with the daemon's token, for HOST:PORT",
+       "File with the daemon's token, for HOST:PORT",
        {.environment = "TRUEPOSE_TOKEN_FILE", .file = FileUse::Read}},
       {"--tls-ca",
        &online.tls.ca,
@@ -116,120 +119,131 @@ std::vector<Option> connection_options(OnlineOptions& online) {
        {.environment = "TRUEPOSE_TLS_CA", .file = FileUse::Read}},
       {"--cert",
        &online.tls.certificate,
-       "certificate to be known by (PEM) instead of a token",
+       "Certificate to be known by (PEM) instead of a token",
        {.needs = {"--tls-ca", "--key"}, .file = FileUse::Read}},
       {"--key",
        &online.tls.key,
-       "private key of --cert (PEM)",
+       "Private key of --cert (PEM)",
        {.needs = {"--cert"}, .file = FileUse::Read}}};
 }
 
 // clang-format off
 std::vector<OnlineRow> cell_rows() {
   return {
-      asks<rpc::GetCellStatus>("status", "what the cell does, its devices, model, stream and faults", {}, status_text),
-      asks<rpc::CellConnect>("connect", "connect robot and tracker", {}, status_text),
-      asks<rpc::CellDisconnect>("disconnect", "let robot and tracker go", {}, status_text),
-      asks<rpc::CellAcknowledge>("acknowledge", "clear a fault once its cause is gone, or let a stream that holds continue",
+      asks<rpc::GetCellStatus>("status", "What the cell does, its devices, model, stream and faults", {}, status_text),
+      asks<rpc::CellConnect>("connect", "Connect robot and tracker", {}, status_text),
+      asks<rpc::CellDisconnect>("disconnect", "Let robot and tracker go", {}, status_text),
+      asks<rpc::CellAcknowledge>("acknowledge", "Clear a fault once its cause is gone, or let a stream that holds continue",
        {}, status_text),
   };
 }
 
 std::vector<OnlineRow> other_rows(OnlineArguments& a) {
   return {
-      {"model", "", "the models that campaigns made"},
-      asks<rpc::ModelList>("model list", "models, newest first", {}, models_text),
-      asks<rpc::ModelGet>("model show", "one model with its parameters",
-       {id_option(a, "model; default: the active one")}, model_text),
-      asks<rpc::ModelActivate>("model activate", "let a model correct the arm", {id_option(a, "model", true)}, activated_text),
-      asks<rpc::ModelRollback>("model rollback", "activate the model that was active before", {}, activated_text),
-      asks<rpc::ModelDeactivate>("model deactivate", "let no model correct the arm", {}, deactivated_text),
-      {"model export", "model.export", "write a model file",
-       {id_option(a, "model; default: the active one"), {"--out", &a.out, "file; default: standard output",
+      {"model", "", "The models that campaigns made"},
+      asks<rpc::ModelList>("model list", "Models, newest first", {}, models_text),
+      asks<rpc::ModelGet>("model show", "One model with its parameters",
+       {id_option(a, "model", "Model; default: the active one")}, model_text,
+       {{"model show"}, {"model show 3f2a"}}),
+      asks<rpc::ModelActivate>("model activate", "Let a model correct the arm", {id_option(a, "model", "Model", true)}, activated_text,
+       {{"model activate latest"}}),
+      asks<rpc::ModelRollback>("model rollback", "Activate the model that was active before", {}, activated_text),
+      asks<rpc::ModelDeactivate>("model deactivate", "Let no model correct the arm", {}, deactivated_text),
+      {"model export", "model.export", "Write a model file",
+       {id_option(a, "model", "Model; default: the active one"), {"--out", &a.out, "File to write; default: standard output",
        {.file = FileUse::Written}}},
-       export_model},
+       export_model,
+       {{"model export -o model.yaml"}}},
 
-      {"tools", "", "the measured tools that are in use"},
-      asks<rpc::ToolList>("tools list", "the tools that are known by their numbers", {}, tools_text),
-      asks<rpc::ToolActivate>("tools activate", "take the tool that a campaign measured into use, under its number",
-       {id_option(a, "campaign", true)}, tool_in_use_text),
-      asks<rpc::ToolDeactivate>("tools deactivate", "take it out of use again; one of the cell file stays",
-       {{"NUMBER", &a.tool, "in TOOL_DATA", {.required = true, .key = "number"}}}, tool_out_of_use_text),
+      {"tools", "", "The measured tools that are in use"},
+      asks<rpc::ToolList>("tools list", "The tools that are known by their numbers", {}, tools_text),
+      asks<rpc::ToolActivate>("tools activate", "Take the tool that a campaign measured into use, under its number",
+       {id_option(a, "campaign", "Campaign", true)}, tool_in_use_text, {{"tools activate latest"}}),
+      asks<rpc::ToolDeactivate>("tools deactivate", "Take it out of use again; one of the cell file stays",
+       {{"NUMBER", &a.tool, "Its number in TOOL_DATA", {.required = true, .key = "number"}}}, tool_out_of_use_text,
+       {{"tools deactivate 3"}}),
 
-      {"stream", "", "correct the arm while it works"},
-      asks<rpc::StreamStart>("stream start", "ramp the corrections in", {}, stream_text),
-      asks<rpc::StreamStop>("stream stop", "ramp them out", {}, stream_text),
-      asks<rpc::StreamArm>("stream arm", "correct every program that opens RSI, from now on", {}, stream_text),
-      asks<rpc::StreamDisarm>("stream disarm", "ramp out what is corrected, and correct no other", {}, stream_text),
-      asks<rpc::GetStreamStatus>("stream status", "counters of the stream", {}, stream_text),
+      {"stream", "", "Correct the arm while it works"},
+      asks<rpc::StreamStart>("stream start", "Ramp the corrections in", {}, stream_text),
+      asks<rpc::StreamStop>("stream stop", "Ramp them out", {}, stream_text),
+      asks<rpc::StreamArm>("stream arm", "Correct every program that opens RSI, from now on", {}, stream_text),
+      asks<rpc::StreamDisarm>("stream disarm", "Ramp out what is corrected, and correct no other", {}, stream_text),
+      asks<rpc::GetStreamStatus>("stream status", "Counters of the stream", {}, stream_text),
 
-      {"control", "", "who is in command"},
-      asks<rpc::ControlGet>("control show", "who has control", {}, control_text),
-      asks<rpc::ControlAcquire>("control acquire", "take control, or renew it",
-       {{"--lease", &a.lease_s, "seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text),
-      asks<rpc::ControlTakeover>("control takeover", "take control from a lower role too",
-       {{"--lease", &a.lease_s, "seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text),
-      asks<rpc::ControlRelease>("control release", "give control back", {}, control_text),
+      {"control", "", "Who is in command"},
+      asks<rpc::ControlGet>("control show", "Who has control", {}, control_text),
+      asks<rpc::ControlAcquire>("control acquire", "Take control, or renew it",
+       {{"--lease", &a.lease_s, "Seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text),
+      asks<rpc::ControlTakeover>("control takeover", "Take control from a lower role too",
+       {{"--lease", &a.lease_s, "Seconds until it ends unless it is renewed", {.key = "lease_s"}}}, control_text),
+      asks<rpc::ControlRelease>("control release", "Give control back", {}, control_text),
 
-      {"audit", "", "what was commanded, and by whom"},
-      asks<rpc::AuditList>("audit list", "commands, newest first",
-       {{"--limit", &a.limit, "so many records at most", {.key = "limit"}}}, audit_text),
-      asks<rpc::AuditAcknowledge>("audit acknowledge", "acknowledge that the audit trail was changed",
-       {{"--name", &a.id, "of the person who has found out what happened", {.required = true, .key = "name"}}},
-       acknowledged_text),
+      {"audit", "", "What was commanded, and by whom"},
+      asks<rpc::AuditList>("audit list", "Commands, newest first",
+       {{"--limit", &a.limit, "So many records at most", {.key = "limit"}}}, audit_text),
+      asks<rpc::AuditAcknowledge>("audit acknowledge", "Acknowledge that the audit trail was changed",
+       {{"--name", &a.id, "Name of the person who has found out what happened", {.required = true, .key = "name"}}},
+       acknowledged_text, {{"audit acknowledge --name 'Anna Beer'"}}),
 
-      {"recording", "", "what went over the wires to robot and tracker"},
-      {"recording save", "recording.save", "write the last minutes to a file",
-       {{"--out", &a.out, "file here; default: among the daemon's recordings alone",
+      {"recording", "", "What went over the wires to robot and tracker"},
+      {"recording save", "recording.save", "Write the last minutes to a file",
+       {{"--out", &a.out, "File to write here; default: among the daemon's recordings alone",
        {.file = FileUse::Written}}},
-       [](const OnlineArguments& x, const json::object&) { return save_recording(x.online, x.out); }},
-      asks<rpc::RecordingList>("recording list", "recordings, newest first", {}, recordings_text),
-      {"recording export", "recording.get", "copy a recording to a file",
-       {{"NAME", &a.id, "recording", {.required = true}},
-        {"--out", &a.out, "file", {.required = true, .file = FileUse::Written}}},
-       [](const OnlineArguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); }},
+       [](const OnlineArguments& x, const json::object&) { return save_recording(x.online, x.out); },
+       {{"recording save -o last.pcapng"}}},
+      asks<rpc::RecordingList>("recording list", "Recordings, newest first", {}, recordings_text),
+      {"recording export", "recording.get", "Copy a recording to a file",
+       {{"NAME", &a.id, "Recording", {.required = true, .id_of = "recording"}},
+        {"--out", &a.out, "File to write", {.required = true, .file = FileUse::Written}}},
+       [](const OnlineArguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); },
+       {{"recording export latest -o last.pcapng"}}},
 
-      {"backup", "store.backup", "copy the store while the daemon uses it",
-       {{"--out", &a.out, "file here", {.required = true, .file = FileUse::Written}}},
-       [](const OnlineArguments& x, const json::object&) { return back_up(x.online, x.out); }},
+      {"backup", "store.backup", "Copy the store while the daemon uses it",
+       {{"--out", &a.out, "File to write", {.required = true, .file = FileUse::Written}}},
+       [](const OnlineArguments& x, const json::object&) { return back_up(x.online, x.out); },
+       {{"backup -o store.backup"}}},
 
-      {"events", "events.subscribe", "print what happens",
-       {{"--topics", &a.topics, "cell, campaign, measurement, stream, model, fault, log, control", {.key = "topics"}},
-        {"--after", &a.after, "number of the last event seen: what followed comes first", {.key = "after"}},
-        {"--count", &a.count, "end after so many"}},
-       print_events},
-      {"call", "", "call any method of the daemon",
-       {{"METHOD", &a.method, "such as cell.status", {.required = true}},
-        {"JSON", &a.params, "its parameters, an object"}},
-       call_method},
-      {"report", "report.get", "errors before and after: a table, and a page to keep",
-       {{"ID", &a.report.campaign, "campaign; default: the newest that is done"},
-        {"--document", &a.report.document, "a calibration document (JSON) instead of the daemon's",
+      {"events", "events.subscribe", "Print what happens",
+       {{"--topics", &a.topics, "Any of cell, campaign, measurement, stream, model, fault, log, control", {.key = "topics"}},
+        {"--after", &a.after, "Number of the last event seen: what followed comes first", {.key = "after"}},
+        {"--count", &a.count, "End after so many"}},
+       print_events,
+       {{"events --topics campaign,fault"}}},
+      {"call", "", "Call any method of the daemon",
+       {{"METHOD", &a.method, "Such as cell.status", {.required = true}},
+        {"JSON", &a.params, "Its parameters, an object"}},
+       call_method,
+       {{"call cell.status"}, {"call campaign.list '{\"limit\": 5}'"}}},
+      {"report", "report.get", "Errors before and after: a table, and a page to keep",
+       {{"ID", &a.report.campaign, "Campaign; default: the newest that is done", {.id_of = "campaign"}},
+        {"--document", &a.report.document, "A calibration document (JSON) instead of the daemon's",
          {.excludes = {"ID", "--store"}, .file = FileUse::Read}},
-        {"--store", &a.report.store, "the file of a store, or a copy of it, instead of a daemon",
+        {"--store", &a.report.store, "The file of a store, or a copy of it, instead of a daemon",
          {.excludes = {"--daemon"}, .file = FileUse::Read}},
-        {"--truth", &a.report.truth, "what a simulated arm really is (truepose-sim --truth-file)",
+        {"--truth", &a.report.truth, "What a simulated arm really is (truepose-sim --truth-file)",
          {.file = FileUse::Read}},
         {"--path", &a.report.path,
-         "what a production program did (truepose-sim --path-file), to be a section of the page",
+         "What a production program did (truepose-sim --path-file), to be a section of the page",
          {.file = FileUse::Read}},
         {"--model", &a.report.model,
-         "a model file by which --path is judged without a campaign; no daemon is needed",
+         "A model file by which --path is judged without a campaign; no daemon is needed",
          {.needs = {"--path", "--robot"},
           .excludes = {"ID", "--document", "--store", "--daemon", "--truth", "--iso9283", "--frame"},
           .file = FileUse::Read}},
-        {"--robot", &a.report.robot, "the robot file from which --model was identified",
+        {"--robot", &a.report.robot, "The robot file from which --model was identified",
          {.needs = {"--model"}, .file = FileUse::Read}},
         {"--iso9283", &a.report.iso9283,
-         "an ISO 9283 test (truepose iso9283 --json), to be a section of the page", {.file = FileUse::Read}},
+         "An ISO 9283 test (truepose iso9283 --json), to be a section of the page", {.file = FileUse::Read}},
         {"--frame", &a.report.frame,
-         "a tool that was measured (truepose tool --json, or campaign export --document), to be a section of the page",
+         "A tool that was measured (truepose tool --json, or campaign export --document), to be a section of the page",
          {.file = FileUse::Read}},
-        {"--html", &a.report.html, "write the page here", {.file = FileUse::Written}},
-        {"--out-json", &a.report.json, "write the document here", {.file = FileUse::Written}}},
+        {"--html", &a.report.html, "Write the page here", {.file = FileUse::Written}},
+        {"--out-json", &a.report.json, "Write the document here", {.file = FileUse::Written}}},
        [](const OnlineArguments& x, const json::object&) {
          return x.report.model.empty() ? report_campaign(x.online, x.report) : report_path(x.online, x.report);
-       }},
+       },
+       {{"report --html report.html", "The newest campaign that is done"},
+        {"report 3f2a --html report.html --iso9283 iso9283.json"}}},
   };
 }
 // clang-format on
@@ -266,11 +280,24 @@ json::object parameters_of(const std::vector<Option>& options) {
   return params;
 }
 
+Task task_of(const std::string& command) {
+  const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
+    return std::ranges::find(names, command) != names.end();
+  };
+  if (is_one_of({"control", "audit", "backup"})) return Task::Cell;
+  if (is_one_of({"recording", "events", "call"})) return Task::Diagnosis;
+  return Task::Daemon;
+}
+
 Command command_of(const OnlineRow& row, const std::shared_ptr<OnlineArguments>& arguments) {
-  Command command{.name = row.name, .help = row.help, .method = row.method};
+  Command command{.name = row.name,
+                  .help = row.help,
+                  .method = row.method,
+                  .task = task_of(row.name),
+                  .examples = row.examples};
   if (!row.run) return command;  // a group
   command.options = connection_options(arguments->online);
-  command.options.push_back({"--json", &arguments->online.json, "print one JSON document"});
+  command.options.push_back({"--json", &arguments->online.json, "One JSON document"});
   command.options.insert(command.options.end(), row.options.begin(), row.options.end());
   command.run = [row, arguments] { return row.run(*arguments, parameters_of(row.options)); };
   return command;
@@ -287,8 +314,8 @@ void print(const OnlineOptions& online, const json::value& answer, const std::st
   print(online.json ? json_line(answer) : text);
 }
 
-Option id_option(OnlineArguments& arguments, const char* help, bool required) {
-  return Option{"ID", &arguments.id, help, {.required = required, .key = "id"}};
+Option id_option(OnlineArguments& arguments, const char* of, const char* help, bool required) {
+  return Option{"ID", &arguments.id, help, {.required = required, .key = "id", .id_of = of}};
 }
 
 CommandLine online_commands() {

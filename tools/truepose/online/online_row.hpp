@@ -54,6 +54,7 @@ struct OnlineRow {
   std::vector<Option> options{};
   /// @param params  those of the options that are parameters of the method
   std::function<int(const OnlineArguments& given, const json::object& params)> run{};
+  std::vector<Example> examples{};
 };
 
 /// Calls a method and prints the answer.
@@ -72,15 +73,20 @@ int ask(const OnlineOptions& online, const json::object& params,
 /// A command that is no more than that.
 template <rpc::Request R>
 OnlineRow asks(std::string name, std::string help, std::vector<Option> options,
-               std::string (*text)(const typename R::Result&)) {
-  return {std::move(name), std::string{R::method().name}, std::move(help), std::move(options),
+               std::string (*text)(const typename R::Result&), std::vector<Example> examples = {}) {
+  return {std::move(name),
+          std::string{R::method().name},
+          std::move(help),
+          std::move(options),
           [text](const OnlineArguments& given, const json::object& params) {
             return ask<R>(given.online, params, text);
-          }};
+          },
+          std::move(examples)};
 }
 
 /// The parameter `id`.
-Option id_option(OnlineArguments& arguments, const char* help, bool required = false);
+/// @param of  "campaign", "model"
+Option id_option(OnlineArguments& arguments, const char* of, const char* help, bool required = false);
 
 /// Commands about campaigns.
 std::vector<OnlineRow> campaign_rows(OnlineArguments& arguments);
