@@ -12,12 +12,14 @@
 #include "proto/control/schema.hpp"
 #include "proto/rpc/methods.hpp"
 #include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/progress_line.hpp"
 #include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
 namespace {
 
 namespace json = boost::json;
+using namespace std::chrono_literals;
 using testing::HasSubstr;
 
 // ---- The table and the schema ----
@@ -303,6 +305,8 @@ TEST_F(Words, AskForHelpOnStandardOutput) {
             "                            --word.\n"
             "  --word red|blue           a word. Not with --share.\n"
             "  --list NUMBER,..          a list\n"
+            "  -q, --quiet               No progress and no notes on\n"
+            "                            standard error\n"
             "  -h, --help                Print this help\n");
   ::setenv("COLUMNS", "60", 1);
   testing::internal::CaptureStdout();
@@ -380,6 +384,24 @@ TEST(Environment, SaysTheValueOfAnOptionThatNoWordGives) {
 
 TEST(TextTable, HasColumnsAsWideAsTheirWidestCellAndNoSpacesAtTheEnds) {
   EXPECT_EQ(text_table({{"a", "bcd", ""}, {"long", "x"}}), "a     bcd\nlong  x\n");
+}
+
+TEST(TextTable, IsNarrowedToAWidthByLinesOfItsWidestCellsThatBreakBetweenWords) {
+  const std::vector<Cells> rows{{"state", "faulted"},
+                                {"why", "no reflector was found where the tracker looked"}};
+  EXPECT_EQ(text_table(rows, 30),
+            "state  faulted\n"
+            "why    no reflector was found\n"
+            "       where the tracker\n"
+            "       looked\n");
+  EXPECT_EQ(text_table({{"11df5da4-0000", "x"}}, 8), "11df5da4-0000  x\n") << "a word is kept whole";
+  EXPECT_EQ(text_table(rows, 0), text_table(rows, 200));
+}
+
+TEST(Progress, SaysTheTimeThatIsLeftOnceAShareIsKnown) {
+  EXPECT_EQ(progress_text("calibration", 0, 12s), "calibration: 12 s");
+  EXPECT_EQ(progress_text("calibration", 0.4, 12s), "40 % of the calibration, 18 s left");
+  EXPECT_EQ(progress_text("plan", 0.25, 60s), "25 % of the plan, 3 min 0 s left");
 }
 
 TEST(TextTable, AlignsToEitherSideAndMovesWhatFollowsAWiderCell) {

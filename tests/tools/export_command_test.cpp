@@ -32,7 +32,8 @@ TEST_F(Export, WritesUrdfAndParametersOfAModel) {
   const Finished run =
       run_program("truepose", {"export", "--model", file_, "--urdf", path("a.urdf"), "--csv", path("p.csv")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(run.err + run.out, "");
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(run.err, path("a.urdf") + ": written\n" + path("p.csv") + ": written\n");
   EXPECT_EQ(config::read_text_file(path("a.urdf")), config::urdf(model_.cell.robot));
   EXPECT_EQ(config::read_text_file(path("p.csv")),
             config::parameter_csv(model_.parameters, model_.cell.robot));

@@ -65,7 +65,8 @@ TEST_F(ModelVerdict, IsReportedByEveryCommandThatWorksWithAModelThatFailedIt) {
       model + ": judged red when it was made, do not use it: the largest error is 3 mm\n";
   EXPECT_EQ(said({"fk", "--robot", kRobot, "--model", model, "--joints", joints_}), warning);
   EXPECT_EQ(said({"compensate", "--robot", kRobot, "--model", model, "--joints", joints_}), warning);
-  EXPECT_EQ(said({"export", "--model", model, "--csv", path("p.csv")}), warning);
+  EXPECT_EQ(said({"export", "--model", model, "--csv", path("p.csv")}),
+            warning + path("p.csv") + ": written\n");
   EXPECT_EQ(said({"drift", "--robot", kRobot, "--model", model, "--data", measured("five.csv", 5)}), warning);
   std::string cycles = "point,cycle,x,y,z\n", targets = "point,x,y,z\n";
   for (int point = 1; point <= 5; ++point) {
@@ -114,7 +115,8 @@ TEST_F(ModelVerdict, IsWhatCalibrateFound) {
   EXPECT_EQ(made.verdict->color(), VerdictColor::Red);
   const std::string why = made.verdict->findings.front().sentence;
   EXPECT_TRUE(why.contains("beyond the tolerance of 0.001 mm")) << why;
-  EXPECT_EQ(refused.err, "truepose: " + data + ": " + why + ". Add layers or poses, or allow more.\n");
+  EXPECT_EQ(refused.err, path("made.yaml") + ": written\ntruepose: " + data + ": " + why +
+                             ". Add layers or poses, or allow more.\n");
   EXPECT_EQ(said({"fk", "--robot", kRobot, "--model", path("made.yaml"), "--joints", joints_}),
             path("made.yaml") + ": judged red when it was made, do not use it: " + why + "\n");
 }

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pty.h>
+#include <unistd.h>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -24,6 +26,7 @@
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
+#include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -57,7 +60,7 @@ class FakeCell : public daemon::CellService {
     co_return json::object{};
   }
   std::vector<std::string> methods() const override {
-    return {"cell.status",    "cell.connect", "campaign.start", "campaign.get",
+    return {"cell.status",    "cell.connect", "campaign.start", "campaign.get", "campaign.list",
             "campaign.pause", "model.list",   "model.get",      "model.export"};
   }
   asio::awaitable<std::expected<json::value, RpcError>> call(std::string method, json::object params,
@@ -68,6 +71,7 @@ class FakeCell : public daemon::CellService {
       co_return std::unexpected(
           RpcError{ErrorCode::WrongState, "no campaign runs", "", "ready", {"campaign.start"}});
     json::value result = answers.at(method);
+    if (const json::value* id = params.if_contains("id")) asked_id = std::string{id->as_string()};
     if (method == "campaign.start") result.as_object()["asked"] = params;
     if (method == "campaign.get") {
       json::object other = progress("failed", 3);
@@ -94,15 +98,16 @@ class FakeCell : public daemon::CellService {
   }
   const char* kind = "calibration";
   const char* final_phase = "done";
+  std::string asked_id;  ///< of the last call that named one
   std::map<std::string, json::value> answers{
       {"cell.status", record::to_json(status())},
       {"campaign.start", {{"id", "c1"}, {"total", 60}}},
       {"campaign.get", record::to_json(running())},
+      {"campaign.list", record::to_json(campaigns({"c1"}))},
       {"model.list", {{"models", json::array{record::to_json(model())}}, {"total", 1}}},
       {"model.get", {{"model", record::to_json(model())}, {"parameters", json::array{}}}},
       {"model.export", {{"id", "m1"}, {"yaml", "name: KR\n"}}}};
 
- private:
   static rpc::CellStatus status() {
     rpc::CellStatus status{
         .cell = "cell 1", .state = "ready", .state_text = "waits for a command", .next = "Start a campaign."};
@@ -118,6 +123,17 @@ class FakeCell : public daemon::CellService {
     found.progress = {.id = "c1", .kind = "calibration", .phase = "identifying", .done = 3, .total = 60};
     return found;
   }
+  /// Newest first, as the daemon lists them.
+  static rpc::CampaignList::Result campaigns(const std::vector<std::string>& ids) {
+    rpc::CampaignList::Result list{.total = static_cast<int>(ids.size())};
+    for (const std::string& id : ids)
+      list.campaigns.push_back({.id = id,
+                                .kind = "calibration",
+                                .started = "2026-01-31T12:00:00.000Z",
+                                .state = "done",
+                                .model_id = id});
+    return list;
+  }
   static rpc::ModelSummary model() {
     return {.id = "m1",
             .created = "t",
@@ -126,6 +142,8 @@ class FakeCell : public daemon::CellService {
             .validation_after_mm = 0.0421,
             .active = true};
   }
+
+ private:
   daemon::EventBus& events_;
 };
 
@@ -343,17 +361,129 @@ TEST_F(OnlineTest, EventsTellPointsSeenTouchedAndSkippedApart) {
 TEST_F(OnlineTest, ExitCodesTellWhatWentWrong) {
   const Outcome device = run({"connect"});
   EXPECT_EQ(device.exit_code, 3);
-  EXPECT_EQ(device.err, "truepose: cell.connect: the tracker does not answer (-32005)\n");
+  EXPECT_EQ(device.err, "truepose: connect: the tracker does not answer\n");
   const Outcome state = run({"campaign", "pause"});
   EXPECT_EQ(state.exit_code, 1);
-  EXPECT_THAT(state.err,
-              HasSubstr("no campaign runs (-32003; the state is ready, which allows campaign.start)"));
+  EXPECT_EQ(state.err,
+            "truepose: campaign pause: no campaign runs (state ready). Possible: truepose campaign start\n");
+  const json::value as_json = json::parse(run({"campaign", "pause", "--json"}).err).at("error");
+  EXPECT_EQ(as_json.at("code"), -32003);
+  EXPECT_EQ(as_json.at("exit_code"), 1);
   write_token("wrong", "fedcba9876543210");
   const Outcome token = run({"status"}, "wrong");
   EXPECT_EQ(token.exit_code, 2);
-  EXPECT_THAT(token.err, HasSubstr("-32001"));
+  EXPECT_EQ(json::parse(run({"status", "--json"}, "wrong").err).at_pointer("/error/code"), -32001);
   EXPECT_EQ(run({"status"}, "missing").exit_code, 2);
   EXPECT_EQ(run({"status"}, "token", "nonsense").exit_code, 2);
+}
+
+TEST_F(OnlineTest, IdsAreCompletedFromTheirStartAndFromLatest) {
+  const std::string a = "11df5da4-0000-4000-8000-000000000001", b = "11df9999-0000-4000-8000-000000000002",
+                    c = "c0ffee00-0000-4000-8000-000000000003";
+  cell_.answers["campaign.list"] = record::to_json(FakeCell::campaigns({c, b, a}));
+  const auto asked = [this](const std::string& word) {
+    cell_.asked_id.clear();
+    const Outcome outcome = run({"campaign", "show", word});
+    return outcome.exit_code == 0 ? cell_.asked_id : std::to_string(outcome.exit_code) + " " + outcome.err;
+  };
+  EXPECT_EQ(asked("11df5"), a);
+  EXPECT_EQ(asked("latest"), c);
+  EXPECT_EQ(asked(b), b);
+  EXPECT_EQ(asked("77"),
+            "1 truepose: no campaign has an id that begins with '77'. See truepose campaign list\n");
+  EXPECT_EQ(asked("11df"), "2 truepose: the ids of 2 campaigns begin with '11df': " + b +
+                               " (calibration, 2026-01-31T12:00:00.000Z); " + a +
+                               " (calibration, 2026-01-31T12:00:00.000Z). Give more of it\n");
+  cell_.answers["campaign.list"] = record::to_json(FakeCell::campaigns({}));
+  EXPECT_EQ(asked("latest"), "1 truepose: there is no campaign yet\n");
+}
+
+TEST_F(OnlineTest, AShellIsOfferedTheIdsOfTheDaemon) {
+  ::setenv("TRUEPOSE_DAEMON", address_.c_str(), 1);
+  ::setenv("TRUEPOSE_TOKEN_FILE", (folder_.path() / "token").c_str(), 1);
+  EXPECT_THAT(run_all({"__complete", "campaign", "show", ""}).out,
+              HasSubstr("latest\tcampaign\nc1\tcampaign\n"));
+  ::unsetenv("TRUEPOSE_TOKEN_FILE");
+  ::unsetenv("TRUEPOSE_DAEMON");
+}
+
+/// Standard output of this process as a terminal of 80 columns, while it lives.
+class Terminal {
+ public:
+  Terminal() {
+    const winsize size{.ws_row = 24, .ws_col = 80, .ws_xpixel = 0, .ws_ypixel = 0};
+    if (::openpty(&outer_, &inner_, nullptr, nullptr, &size) != 0) throw std::runtime_error("no terminal");
+    std::fflush(stdout);
+    kept_ = ::dup(STDOUT_FILENO);
+    ::dup2(inner_, STDOUT_FILENO);
+    ::setenv("TZ", "Europe/Berlin", 1);
+    ::tzset();
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+  ~Terminal() {
+    restore();
+    ::close(outer_);
+    ::unsetenv("TZ");
+  }
+  /// What was printed so far; ends it.
+  std::string text() {
+    std::fflush(stdout);
+    restore();
+    std::string text;
+    std::array<char, 4096> bytes;
+    for (ssize_t size = 0; (size = ::read(outer_, bytes.data(), bytes.size())) > 0;)
+      text.append(bytes.data(), static_cast<std::size_t>(size));
+    std::erase(text, '\r');
+    return text;
+  }
+
+ private:
+  void restore() {
+    if (kept_ < 0) return;
+    ::dup2(kept_, STDOUT_FILENO);
+    ::close(std::exchange(kept_, -1));
+    ::close(inner_);
+  }
+  int outer_ = -1, inner_ = -1, kept_ = -1;
+};
+
+TEST_F(OnlineTest, ATerminalShowsShortIdsAndLocalTimesWithinItsWidth) {
+  const std::vector<std::string> words{"campaign", "list",         "--daemon",
+                                       address_,   "--token-file", folder_.path() / "token"};
+  cell_.answers["campaign.list"] = record::to_json(
+      FakeCell::campaigns({"11df5da4-0000-4000-8000-000000000001", "c0ffee00-0000-4000-8000-000000000003"}));
+  std::string shown;
+  {
+    Terminal terminal;
+    EXPECT_EQ(run_command_line(online_commands(), words), 0);
+    shown = terminal.text();
+  }
+  EXPECT_EQ(shown,
+            "CAMPAIGN  KIND         STARTED              STATE  ROBOT  MODEL\n"
+            "11df5da4  calibration  2026-01-31 13:00:00  done   -      11df5da4\n"
+            "c0ffee00  calibration  2026-01-31 13:00:00  done   -      c0ffee00\n");
+  {
+    Terminal terminal;
+    std::vector<std::string> verbose = words;
+    verbose.push_back("-v");
+    EXPECT_EQ(run_command_line(online_commands(), verbose), 0);
+    shown = terminal.text();
+  }
+  EXPECT_THAT(shown, HasSubstr("11df5da4-0000-4000-8000-000000000001"));
+  EXPECT_THAT(run({"campaign", "list"}).out, HasSubstr("2026-01-31T12:00:00.000Z"));
+}
+
+TEST(Verdict, IsColouredOnATerminalUnlessNoColorIsSet) {
+  const auto on_terminal = [](const char* no_color) {
+    ::setenv("NO_COLOR", no_color, 1);
+    ::setenv("TERM", "xterm", 1);
+    const Terminal terminal;
+    return with_shown_verdict("errors\n\nVerdict: red. Do not use it.\n");
+  };
+  EXPECT_EQ(on_terminal(""), "errors\n\nVerdict: \x1b[31mred\x1b[0m. Do not use it.\n");
+  EXPECT_EQ(on_terminal("1"), "errors\n\nVerdict: red. Do not use it.\n");
+  ::unsetenv("NO_COLOR");
 }
 
 TEST_F(OnlineTest, SaysWhatAnAddressOfTheDaemonLooksLike) {

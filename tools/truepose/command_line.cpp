@@ -21,6 +21,7 @@
 #include "daemon/control/version_text.hpp"
 #include "proto/control/json_text.hpp"
 #include "proto/record/json_io.hpp"
+#include "tools/truepose/completion/completions.hpp"
 #include "tools/truepose/help_text.hpp"
 #include "tools/truepose/option_names.hpp"
 #include "tools/truepose/terminal.hpp"
@@ -32,11 +33,13 @@ namespace {
 /// Why a command ended, as --json has it.
 struct PrintedError {
   int exit_code = kFailed;
+  std::optional<int> code;
   std::string message;
   std::optional<std::string> see;
 };
 void layout(record::Io& io, PrintedError& x) {
   io("exit_code", x.exit_code);
+  io.defaulted("code", x.code);
   io("message", x.message);
   io.defaulted("see", x.see);
 }
@@ -46,15 +49,23 @@ struct ErrorDocument {
 };
 void layout(record::Io& io, ErrorDocument& x) { io("error", x.error); }
 
+/// On standard error, behind all that was printed before.
+void print_line(const std::string& text) {
+  std::cout.flush();
+  std::fflush(stdout);
+  const char* const over_progress = is_terminal(STDERR_FILENO) ? "\x1b[K" : "";
+  std::fprintf(stderr, "%s%s\n", over_progress, text.c_str());
+}
+
 int complain(CommandError error, bool as_json) {
   std::ranges::replace(error.message, '\n', ' ');
   const std::string& see = error.see;
   if (as_json) {
     const ErrorDocument document{
-        {error.exit_code, error.message, see.empty() ? std::nullopt : std::optional{see}}};
-    print_to_stderr(control::json_text(record::to_json(document)));
+        {error.exit_code, error.code, error.message, see.empty() ? std::nullopt : std::optional{see}}};
+    print_line(control::json_text(record::to_json(document)));
   } else {
-    print_to_stderr("truepose: " + error.message + (see.empty() ? "" : " (see " + see + ")"));
+    print_line("truepose: " + error.message + (see.empty() ? "" : " (see " + see + ")"));
   }
   return error.exit_code;
 }
@@ -102,7 +113,11 @@ std::string not_empty(const std::string& file) { return file.empty() ? "expected
 
 std::string why_no_number(const std::string& text) {
   const auto number = config::parse_number(text);
-  return number ? "" : number.error();
+  if (number) return {};
+  std::string with_point = text;
+  std::ranges::replace(with_point, ',', '.');
+  const bool is_decimal_comma = config::parse_number(with_point).has_value();
+  return number.error() + (is_decimal_comma ? ". Write " + with_point : "");
 }
 
 /// As parse_number() reads numbers: CLI11 would take 010 as octal.
@@ -276,6 +291,15 @@ std::string usage_fault(const CLI::App& app, const CLI::ParseError& error) {
   return error.what();
 }
 
+/// The options that all commands have.
+void add_manner(Command& command) {
+  if (!command.run) return;
+  command.options.push_back({"--quiet", &manner().quiet, "No progress and no notes on standard error"});
+  if (!command.method.empty())
+    command.options.push_back(
+        {"--verbose", &manner().verbose, "Whole ids, and times in UTC, on a terminal too"});
+}
+
 // ---- Help ----
 
 std::size_t help_width() {
@@ -357,19 +381,25 @@ void flush_standard_output() {
 }
 
 void print_to_stderr(const std::string& sentence) {
-  std::cout.flush();
-  std::fflush(stdout);
-  std::fprintf(stderr, "%s\n", sentence.c_str());
+  if (!manner().quiet) print_line(sentence);
 }
 
 int run_command_line(const CommandLine& given, std::vector<std::string> words) {
   CommandLine line = given;
+  manner() = {};
+  for (Command& command : line.commands) add_manner(command);
   std::vector<std::string> topic;
   line.commands.push_back({.name = "help",
                            .help = "Shows the help of a command",
                            .options = {{"COMMAND", &topic, "Such as campaign start", {.type = "COMMAND.."}}},
                            .run = [&] { return run_help(line, topic); },
                            .examples = {{"help calibrate"}, {"help campaign start"}}});
+  if (!words.empty() && words.front() == "__complete") {  // called by completion/truepose.bash and _truepose
+    for (const Option& option : line.options) take_from_environment(option);
+    words.erase(words.begin());
+    std::fputs(completions(line, words).c_str(), stdout);
+    return kDone;
+  }
   const bool as_json = std::ranges::find(words, "--json") != words.end();
   const int ended = exit_code_as(as_json, [&] { return run_words(line, std::move(words)); });
   if (ended > kFailed) return ended;  // says already why nothing can be relied on

@@ -21,8 +21,9 @@ using enum steering::ExitCode;
 /// error and the exit code.
 struct CommandError {
   int exit_code = kFailed;
-  std::string message;  ///< one sentence
-  std::string see{};    ///< where the right usage is shown: "truepose calibrate --help"
+  std::string message;        ///< one sentence
+  std::string see{};          ///< where the right usage is shown: "truepose calibrate --help"
+  std::optional<int> code{};  ///< of the control protocol, where the daemon refused it
 };
 
 /// Options that do not go together, or one that is missing. The command's own help is named with it.
@@ -70,6 +71,7 @@ struct OptionRules {
   std::string key{};          ///< parameter of the command's method that it becomes
   std::string id_of{};        ///< "campaign": it takes an id of the daemon's, its start, or "latest"
   FileUse file = FileUse::None;
+  std::function<std::vector<std::string>()> candidates{};  ///< values that a shell offers
 };
 
 /// An option of a command. "--out" is "-o" too, and so are the others of kShortNames (option_names.hpp).
@@ -109,7 +111,7 @@ struct CommandLine {
 void flush_standard_output();
 
 /// Says on standard error what is no part of the answer, behind all that was printed before: where both go to
-/// one file it would stand in the midst of it.
+/// one file it would stand in the midst of it. Nothing with --quiet.
 void print_to_stderr(const std::string& sentence);
 
 /// Runs the command that the words ask for. Without any, or with a group alone, prints the help. With --json

@@ -28,6 +28,13 @@ std::size_t columns_of(int descriptor) {
 
 bool is_terminal(int descriptor) { return ::isatty(descriptor) == 1; }
 
+Manner& manner() {
+  static Manner manner;
+  return manner;
+}
+
+bool is_for_people() { return is_terminal(STDOUT_FILENO) && !manner().verbose; }
+
 bool shows_colors(int descriptor) {
   return is_terminal(descriptor) && environment("NO_COLOR").empty() && environment("TERM") != "dumb";
 }

@@ -53,4 +53,9 @@ void refuse_overwriting(std::initializer_list<std::span<const Option>> options) 
   }
 }
 
+void note_written(std::initializer_list<fs::path> files) {
+  for (const fs::path& file : files)
+    if (!file.empty() && file != "-") print_to_stderr(file.string() + ": written");
+}
+
 }  // namespace truepose::tools

@@ -13,6 +13,7 @@
 #include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -75,6 +76,7 @@ int run_export(const ExportCommand& command) {
   if (!command.urdf_file.empty()) config::write_text_file(command.urdf_file, config::urdf(robot));
   if (!command.csv_file.empty())
     config::write_text_file(command.csv_file, config::parameter_csv(model.parameters, robot));
+  note_written({command.urdf_file, command.csv_file});
   return kDone;
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <boost/json/object.hpp>
 #include <chrono>
 #include <cmath>
@@ -29,6 +30,9 @@
 #include "tools/truepose/offline/mistake_text.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/offline/validation_runs.hpp"
+#include "tools/truepose/progress_line.hpp"
+#include "tools/truepose/text.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -164,8 +168,13 @@ CalibrationVerdict verdict_on(const CalibrateCommand& command, const RobotModel&
 }
 
 Outcome validated(const CalibrateCommand& command, const RobotModel& robot, MeasurementData data) {
+  const int runs = command.folds ? *command.folds + 1 : command.repeat;
+  std::atomic<int> done = 0;
+  ProgressLine line{"calibration"};
   const auto once = [&](const MeasurementData& marked, int jobs) {
-    return calibrate_once(command, robot, marked, jobs);
+    Outcome outcome = calibrate_once(command, robot, marked, jobs);
+    line.show(static_cast<double>(++done) / runs);
+    return outcome;
   };
   const auto judge = [&](const Outcome& outcome) { return verdict_on_one(command, robot, outcome); };
   const std::uint64_t seed = command.seed.value_or(0);
@@ -238,7 +247,7 @@ void print_summary(const CalibrateCommand& command, const RobotModel& robot, con
               calibration.fine_iterations, calibration.rank, calibration.observability.condition());
   if (command.repeat > 1)
     std::printf("All but the validation is that of the first of %d splits.\n", command.repeat);
-  std::printf("\n%s", report::render_text(document).c_str());
+  std::printf("\n%s", with_shown_verdict(report::render_text(document)).c_str());
 }
 
 /// Options that would have no effect, or another than the data ask for.
@@ -290,6 +299,7 @@ int run_calibrate(const CalibrateCommand& command) {
     std::cout << control::json_text(json) << '\n';
   } else {
     print_summary(command, robot, outcome, document);
+    note_written({command.out_file, command.report_file});
   }
   if (const std::string why = report::why_unusable(document); !why.empty())
     throw CommandError{kFailed, data_names(command) + ": " + why};

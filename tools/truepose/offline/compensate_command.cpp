@@ -4,6 +4,7 @@
 #include "core/math/angles.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/progress_line.hpp"
 
 namespace truepose::tools {
 
@@ -54,6 +55,8 @@ int run_compensate(const CompensateCommand& command) {
   config::ModelFile kept = loaded_model(command, nominal);
   if (!command.temperature_c.empty()) check_temperatures(command, kept);
   const config::ModelFile model = as_warm(kept, command.temperature_c, options.arm.model);
+  const bool prints_rows = options.out_file.empty() || options.out_file == "-";
+  const auto line = prints_rows ? nullptr : std::make_unique<ProgressLine>("compensation");
   if (!options.archive.empty()) return run_compensate_archive(options, nominal, model);
   return options.src.empty() ? run_compensate_targets(options, nominal, model)
                              : run_compensate_program(options, nominal, model);

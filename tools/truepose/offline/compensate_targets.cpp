@@ -19,6 +19,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/compensate.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -400,6 +401,7 @@ class Output {
     for (auto* file : {&out_, &report_file_}) {
       if (*file) (*file)->take_place();
     }
+    if (!options_.as_json) note_written({options_.out_file, options_.report_file});
     return turned_.rows == 0 && displaced_.rows == 0;
   }
 

@@ -16,6 +16,7 @@
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -79,6 +80,7 @@ int run_drift(const DriftCommand& command) {
       updated_model(model, *update, command.arm.model.filename().string() + " of " + model.created,
                     control::rfc3339(std::chrono::system_clock::now()));
   config::write_text_file(command.out_file, config::model_yaml(updated));
+  if (!command.online.json) note_written({command.out_file});
   return kDone;
 }
 

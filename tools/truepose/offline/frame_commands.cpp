@@ -13,6 +13,7 @@
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/frame_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -79,6 +80,7 @@ int run_tool(const FrameCommand& command) {
     config::write_text_file(
         command.out_file,
         config::tool_yaml({command.number, given.nominal.name, given.model.serial, document.X, given.data}));
+  if (!command.as_json) note_written({command.out_file});
   return kDone;
 }
 
@@ -104,6 +106,7 @@ int run_base(const FrameCommand& command) {
                             config::base_yaml({command.number, given.nominal.name, given.model.created,
                                                document.X, frame->covariance, given.data,
                                                touched ? std::optional{tcp.p_F_mm} : std::nullopt}));
+  if (!command.as_json) note_written({command.out_file});
   return kDone;
 }
 

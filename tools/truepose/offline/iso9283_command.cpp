@@ -21,6 +21,7 @@
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/text.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -187,6 +188,7 @@ int run_iso9283(const Iso9283Command& command) {
     std::cout << control::json_text(document) << '\n';
   } else {
     std::fputs(iso9283_text(*result, points, frame).c_str(), stdout);
+    note_written({command.report_file});
   }
   return kDone;
 }

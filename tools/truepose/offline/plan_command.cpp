@@ -15,6 +15,7 @@
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/progress_line.hpp"
 #include "tools/truepose/text.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::record {
 
@@ -117,7 +118,7 @@ void print_plan(const config::CellConfig& cell, const MeasurementPlan& plan, con
 }
 
 std::expected<MeasurementPlan, std::string> planned(const config::CellConfig& cell, int poses) {
-  ProgressLine line;
+  ProgressLine line{"plan"};
   PlanOptions options = config::plan_options(cell, poses);
   options.progress = [&](double share, std::string_view doing) { line.show(share, doing); };
   return plan_measurements(config::rough_cell(cell), config::scene_of(cell), options);
@@ -137,6 +138,7 @@ int run_plan(const PlanCommand& command) {
     std::cout << control::json_text(record::to_json(PlanDocument{cell.robot.model, *plan, bound})) << '\n';
   } else {
     print_plan(cell, *plan, bound);
+    note_written({command.out_file});
   }
   return kDone;
 }

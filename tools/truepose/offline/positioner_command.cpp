@@ -16,6 +16,7 @@
 #include "tools/truepose/offline/frame_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/text.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -123,6 +124,7 @@ int run_positioner(const PositionerCommand& command) {
     config::write_text_file(command.out_file,
                             config::positioner_yaml({command.number, arm.nominal.name, arm.model.created,
                                                      X_controller, table.model, data}));
+  if (!command.as_json) note_written({command.out_file});
   return kDone;
 }
 

@@ -11,6 +11,7 @@
 #include "core/math/parallel.hpp"
 #include "tools/truepose/offline/mistake_text.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/progress_line.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -49,7 +50,10 @@ std::vector<config::TextFile> fixed_files(const RobotFix& command, const Probabl
 int run_fix(const RobotFix& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
   const MeasurementData data = config::load_measurements(command.data_file, robot);
-  const auto cause = diagnose_files(robot, data, processor_count());
+  const auto cause = [&] {
+    const ProgressLine line{"diagnosis"};
+    return diagnose_files(robot, data, processor_count());
+  }();
   if (!cause)
     throw CommandError{kFailed, command.robot_file + ": nothing to correct, as far as " + command.data_file +
                                     " shows: no file was written"};

@@ -15,6 +15,7 @@
 #include "proto/record/frame_document.hpp"
 #include "tools/truepose/online/campaign_watch.hpp"
 #include "tools/truepose/online/online_text.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -225,6 +226,7 @@ int show_campaign(const OnlineOptions& online, const StoreFile& store, const std
   const auto found = source->ask(rpc::CampaignGet{.id = unless_empty(id)});
   write_files(*source, found.record, files);
   print(online, found.json, campaign_text(found.record));
+  if (!online.json) note_written({files.data, files.joints, files.cycles, files.frame, files.document});
   return kDone;
 }
 

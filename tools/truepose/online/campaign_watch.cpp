@@ -30,8 +30,9 @@ class Display {
     write(line_);
   }
   void tell(const control::Event& event, const std::string& what) {
-    constexpr std::size_t kDate = 11, kTime = 8;  // of 2026-01-31T12:00:00.000Z
-    const std::string time = event.time.size() > kDate ? event.time.substr(kDate, kTime) : event.time;
+    constexpr std::size_t kDate = 11, kTime = 8;  // of 2026-01-31T12:00:00.000Z, and of the local time
+    std::string time = shown_time(event.time);
+    if (time.size() > kDate) time = time.substr(kDate, kTime);
     write(time + "  " + what + "\n");
     if (overwrite_) write(line_);
   }

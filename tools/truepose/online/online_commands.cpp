@@ -4,6 +4,7 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value_from.hpp>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <type_traits>
 
@@ -11,6 +12,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/rpc/events.hpp"
 #include "tools/truepose/online/backup_command.hpp"
+#include "tools/truepose/online/id_lookup.hpp"
 #include "tools/truepose/online/online_row.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/online/path_report.hpp"
@@ -101,6 +103,11 @@ int call_method(const OnlineArguments& given, const json::object&) {
 }
 
 // ---- The table ----
+
+/// What a shell offers for an id.
+std::function<std::vector<std::string>()> ids_of(const OnlineArguments& arguments, const char* of) {
+  return [&arguments, of] { return ids_to_choose(arguments.online, of); };
+}
 
 std::vector<Option> connection_options(OnlineOptions& online) {
   return {
@@ -193,7 +200,7 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
        {{"recording save -o last.pcapng"}}},
       asks<rpc::RecordingList>("recording list", "Recordings, newest first", {}, recordings_text),
       {"recording export", "recording.get", "Copy a recording to a file",
-       {{"NAME", &a.id, "Recording", {.required = true, .id_of = "recording"}},
+       {{"NAME", &a.id, "Recording", {.required = true, .id_of = "recording", .candidates = ids_of(a, "recording")}},
         {"--out", &a.out, "File to write", {.required = true, .file = FileUse::Written}}},
        [](const OnlineArguments& x, const json::object&) { return export_recording(x.online, x.id, x.out); },
        {{"recording export latest -o last.pcapng"}}},
@@ -215,7 +222,7 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
        call_method,
        {{"call cell.status"}, {"call campaign.list '{\"limit\": 5}'"}}},
       {"report", "report.get", "Errors before and after: a table, and a page to keep",
-       {{"ID", &a.report.campaign, "Campaign; default: the newest that is done", {.id_of = "campaign"}},
+       {{"ID", &a.report.campaign, "Campaign; default: the newest that is done", {.id_of = "campaign", .candidates = ids_of(a, "campaign")}},
         {"--document", &a.report.document, "A calibration document (JSON) instead of the daemon's",
          {.excludes = {"ID", "--store"}, .file = FileUse::Read}},
         {"--store", &a.report.store, "The file of a store, or a copy of it, instead of a daemon",
@@ -280,6 +287,16 @@ json::object parameters_of(const std::vector<Option>& options) {
   return params;
 }
 
+/// Puts whole ids in the place of their starts and of "latest".
+void complete_ids(const std::vector<Option>& options, const OnlineArguments& given) {
+  const StoreFile store{given.store.store.empty() ? given.report.store : given.store.store, {}};
+  for (const Option& option : options) {
+    if (option.rules.id_of.empty()) continue;
+    std::string& id = *std::get<std::string*>(option.target);
+    if (!id.empty()) id = whole_id(given.online, store, option.rules.id_of, id);
+  }
+}
+
 Task task_of(const std::string& command) {
   const auto is_one_of = [&](std::initializer_list<std::string_view> names) {
     return std::ranges::find(names, command) != names.end();
@@ -299,11 +316,24 @@ Command command_of(const OnlineRow& row, const std::shared_ptr<OnlineArguments>&
   command.options = connection_options(arguments->online);
   command.options.push_back({"--json", &arguments->online.json, "One JSON document"});
   command.options.insert(command.options.end(), row.options.begin(), row.options.end());
-  command.run = [row, arguments] { return row.run(*arguments, parameters_of(row.options)); };
+  command.run = [row, arguments] {
+    complete_ids(row.options, *arguments);
+    return row.run(*arguments, parameters_of(row.options));
+  };
   return command;
 }
 
 }  // namespace
+
+std::string command_calling(const std::string& method) {
+  static const std::map<std::string, std::string> commands = [] {
+    std::map<std::string, std::string> by_method{{"drift.check", "drift"}};  // which works on files too
+    for (const Command& command : online_commands().commands) by_method.emplace(command.method, command.name);
+    return by_method;
+  }();
+  const auto found = commands.find(method);
+  return found == commands.end() ? "" : found->second;
+}
 
 void print(const std::string& text) {
   std::fputs(text.c_str(), stdout);
@@ -315,7 +345,10 @@ void print(const OnlineOptions& online, const json::value& answer, const std::st
 }
 
 Option id_option(OnlineArguments& arguments, const char* of, const char* help, bool required) {
-  return Option{"ID", &arguments.id, help, {.required = required, .key = "id", .id_of = of}};
+  return Option{"ID",
+                &arguments.id,
+                help,
+                {.required = required, .key = "id", .id_of = of, .candidates = ids_of(arguments, of)}};
 }
 
 CommandLine online_commands() {

@@ -18,6 +18,9 @@ struct OnlineOptions : DaemonAddress {
 /// The commands that talk to the daemon, and the options that say to which.
 CommandLine online_commands();
 
+/// "campaign pause" for the method "campaign.pause"; empty for one that no command calls.
+std::string command_calling(const std::string& method);
+
 /// Prints, at once.
 void print(const std::string& text);
 /// The answer as JSON where that was asked for, else as text.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <boost/json/value.hpp>
-#include <cmath>
 #include <map>
 
 #include "core/formatted.hpp"
@@ -18,13 +17,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr double kHardly = 1e-6;  // of a probability: beyond, the digits say nothing
-
-std::string duration(double seconds) {
-  const auto whole = static_cast<long long>(std::ceil(std::clamp(seconds, 0.0, 1e9)));
-  if (whole >= 3600) return std::to_string(whole / 3600) + " h " + std::to_string(whole / 60 % 60) + " min";
-  if (whole >= 60) return std::to_string(whole / 60) + " min " + std::to_string(whole % 60) + " s";
-  return std::to_string(whole) + " s";
-}
 
 /// ": why", or nothing.
 std::string because(const std::string& why) { return why.empty() ? "" : ": " + why; }
@@ -155,14 +147,15 @@ std::string progress_line(const rpc::CampaignProgress& progress) {
   line += "  " + shown(progress.done) + "/" + shown(progress.total) + " poses";
   if (progress.skipped.value_or(0) != 0) line += ", " + shown(progress.skipped) + " skipped";
   if (progress.error_mm) line += "  error " + shown(progress.error_mm, 3, " mm");
-  if (progress.eta_s) line += "  " + duration(*progress.eta_s) + " left";
+  if (progress.eta_s) line += "  " + duration_text(*progress.eta_s) + " left";
   if (const std::string reason = progress.reason.value_or(""); !reason.empty()) line += "  " + reason;
   return line;
 }
 
 std::string event_line(const control::Event& event) {
   const json::object& data = event.data;
-  const std::string line = std::to_string(event.seq) + "  " + event.time + "  " + event.topic + "  ";
+  const std::string line =
+      std::to_string(event.seq) + "  " + shown_time(event.time) + "  " + event.topic + "  ";
   if (event.topic == "campaign") return line + data_line<rpc::CampaignProgress>(data, progress_line);
   if (event.topic == "cell") return line + data_line(data, state_line);
   if (event.topic == "measurement") return line + data_line(data, measured_line);
@@ -202,16 +195,25 @@ std::string status_text(const rpc::CellStatus& status) {
   for (const auto& interrupted : status.interrupted)
     rows.push_back({"interrupted", interrupted_line(interrupted)});
   for (const auto& fault : status.faults)
-    rows.push_back({fault.severity,
-                    shown(fault.code) + ": " + shown(fault.text) + " (since " + shown(fault.since) + ")"});
+    rows.push_back({fault.severity, shown(fault.code) + ": " + shown(fault.text) + " (since " +
+                                        shown_time(fault.since) + ")"});
   return text_table(rows);
 }
 
 std::string campaigns_text(const rpc::CampaignList::Result& list) {
   std::vector<Cells> rows{{"CAMPAIGN", "KIND", "STARTED", "STATE", "ROBOT", "MODEL"}};
-  for (const auto& campaign : list.campaigns)
-    rows.push_back({campaign.id, campaign.kind, shown(campaign.started), campaign.state,
-                    shown(campaign.robot_serial), shown(campaign.model_id)});
+  std::vector<std::string> ids, models;
+  for (const auto& campaign : list.campaigns) {
+    ids.push_back(campaign.id);
+    models.push_back(campaign.model_id.value_or(""));
+  }
+  ids = shown_ids(std::move(ids));
+  models = shown_ids(std::move(models));
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const rpc::CampaignSummary& campaign = list.campaigns[i];
+    rows.push_back({ids[i], campaign.kind, shown_time(campaign.started), campaign.state,
+                    shown(campaign.robot_serial), shown(models[i])});
+  }
   return rows.size() == 1 ? "no campaigns yet\n" : text_table(rows);
 }
 
@@ -221,8 +223,8 @@ std::string campaign_text(const rpc::CampaignGet::Result& found) {
       {"campaign", campaign.id},
       {"kind", campaign.kind},
       {"state", campaign.state},
-      {"started", shown(campaign.started)},
-      {"ended", shown(campaign.ended)},
+      {"started", shown_time(campaign.started)},
+      {"ended", shown_time(campaign.ended.value_or(""))},
       {"robot", shown(campaign.robot_model) + ", serial " + shown(campaign.robot_serial)},
       {"tracker", shown(campaign.tracker_model) + ", serial " + shown(campaign.tracker_serial)},
       {"model", shown(campaign.model_id)},
@@ -234,8 +236,8 @@ std::string campaign_text(const rpc::CampaignGet::Result& found) {
   }
   if (found.progress) rows.push_back({"progress", progress_line(*found.progress)});
   for (const auto& once : found.interruptions)
-    rows.push_back({"interrupted",
-                    shown(once.interrupted) + ", resumed " + shown(once.resumed) + ": " + shown(once.found)});
+    rows.push_back({"interrupted", shown_time(once.interrupted) + ", resumed " + shown_time(once.resumed) +
+                                       ": " + shown(once.found)});
   for (const auto& skipped : found.skipped)
     rows.push_back({"skipped", "pose " + shown(skipped.pose) + " after " + shown(skipped.attempts) +
                                    " attempts: " + shown(skipped.reason)});
@@ -254,10 +256,15 @@ std::string tools_text(const rpc::ToolList::Result& list) {
 
 std::string models_text(const rpc::ModelList::Result& list) {
   std::vector<Cells> rows{{"MODEL", "CREATED", "ROBOT", "BEFORE mm", "AFTER mm", "ACTIVE"}};
-  for (const auto& model : list.models)
-    rows.push_back({model.id, shown(model.created), shown(model.robot_serial),
+  std::vector<std::string> ids;
+  for (const auto& model : list.models) ids.push_back(model.id);
+  ids = shown_ids(std::move(ids));
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const rpc::ModelSummary& model = list.models[i];
+    rows.push_back({ids[i], shown_time(model.created), shown(model.robot_serial),
                     shown(model.validation_before_mm, 3), shown(model.validation_after_mm, 3),
                     model.active ? "active" : ""});
+  }
   return rows.size() == 1 ? "no models yet\n" : text_table(rows);
 }
 
@@ -268,7 +275,7 @@ std::string model_text(const rpc::ModelGet::Result& found) {
     rows.push_back({parameter.name, shown(parameter.nominal, 6), shown(parameter.value, 6),
                     parameter.identified ? shown(parameter.sigma, 6) : "kept at nominal"});
   return text_table({{"model", model_line(model)},
-                     {"created", shown(model.created)},
+                     {"created", shown_time(model.created)},
                      {"robot", shown(model.robot_serial)},
                      {"active", shown(model.active)}}) +
          "\n" + text_table(rows) + "lengths in mm, angles in rad\n";
@@ -318,7 +325,7 @@ std::string audit_text(const rpc::AuditList::Result& list) {
       continue;
     }
     const auto result = results.find(record.n);
-    rows.push_back({shown(record.n), shown(record.time), shown(record.who), shown(record.role),
+    rows.push_back({shown(record.n), shown_time(record.time), shown(record.who), shown(record.role),
                     shown(record.from), shown(record.method),
                     result == results.end() ? shown(record.put_aside) : result->second});
   }
@@ -384,8 +391,8 @@ std::string drift_text(const record::DriftDocument& drift) {
          (drift.uncertain_parameters
               ? ""
               : "The model file does not say how well its parameters are known; they were taken as exact.\n") +
-         std::string{name_of(record::kDriftVerdicts, drift.verdict)} + ": " + drift.reason + ".\n" +
-         (drift.update ? update_text(*drift.update) : "");
+         shown_verdict(std::string{name_of(record::kDriftVerdicts, drift.verdict)}) + ": " + drift.reason +
+         ".\n" + (drift.update ? update_text(*drift.update) : "");
 }
 
 }  // namespace truepose::tools

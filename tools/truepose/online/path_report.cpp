@@ -11,6 +11,7 @@
 #include "proto/control/json_text.hpp"
 #include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -40,6 +41,7 @@ int report_path(const OnlineOptions& online, const ReportOptions& options) {
   if (!options.json.empty()) files.push_back({options.json, text});
   config::write_together(files);
   std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
+  if (!online.json) note_written({options.html, options.json});
   if (std::string why = report::why_refuted(document.production); !why.empty())
     throw CommandError{kFailed, std::move(why)};
   return kDone;

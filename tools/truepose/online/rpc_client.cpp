@@ -7,6 +7,7 @@
 #include "config/text_file.hpp"
 #include "proto/control/access.hpp"
 #include "proto/control/session_proof.hpp"
+#include "tools/truepose/online/online_commands.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -47,15 +48,23 @@ int exit_code(ErrorCode code) {
   }
 }
 
-CommandError refusal(std::string_view method, const control::RpcError& error) {
-  std::string text =
-      std::string{method} + ": " + error.message + " (" + std::to_string(static_cast<int>(error.code));
-  if (!error.state.empty()) {
-    text += "; the state is " + error.state + ", which allows";
-    for (const auto& allowed : error.allowed) text += " " + allowed;
-    if (error.allowed.empty()) text += " nothing";
-  }
-  return {exit_code(error.code), text + ")"};
+/// What an operator can type instead of what the state does not allow.
+std::string possible_commands(const std::vector<std::string>& allowed) {
+  std::string names;
+  for (const std::string& method : allowed)
+    if (const std::string command = command_calling(method); !command.empty())
+      names += (names.empty() ? "" : ", ") + ("truepose " + command);
+  return names.empty() ? "" : ". Possible: " + names;
+}
+
+/// The daemon's sentence, with commands in the place of methods.
+CommandError refusal(const std::string& method, const control::RpcError& error) {
+  const std::string command = command_calling(method);
+  const std::string why = error.message.substr(0, error.message.find("; allowed: "));
+  std::string text = (command.empty() ? method : command) + ": " + why;
+  if (!error.state.empty() && !why.contains("in state " + error.state))
+    text += " (state " + error.state + ")";
+  return {exit_code(error.code), text + possible_commands(error.allowed), "", static_cast<int>(error.code)};
 }
 
 }  // namespace
@@ -126,7 +135,7 @@ std::expected<json::value, CommandError> RpcClient::call(std::string_view method
     // An error without an id is the server's farewell.
     const bool farewell = std::holds_alternative<std::monostate>(reply.id) && !reply.result;
     if (reply.id != id && !farewell) continue;
-    if (!reply.result) return std::unexpected(refusal(method, reply.result.error()));
+    if (!reply.result) return std::unexpected(refusal(std::string{method}, reply.result.error()));
     return std::move(*reply.result);
   }
 }
