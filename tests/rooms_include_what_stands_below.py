@@ -41,7 +41,8 @@ ROOMS = {
     "tools/sim": "config core drivers drivers/net proto tools/steering",
     "tools/steering": "drivers/net proto",
     "tools/truepose": "config core daemon/cell daemon/control daemon/replay daemon/report daemon/store drivers proto "
-    "tools/steering tools/truepose/doctor",
+    "tools/steering tools/truepose/cell tools/truepose/doctor",
+    "tools/truepose/cell": "config daemon proto",
     "tools/truepose/doctor": "config core daemon drivers proto",
 }
 

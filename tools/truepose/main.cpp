@@ -1,11 +1,15 @@
 #include <malloc.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "tools/truepose/cell/cell_commands.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 
@@ -45,6 +49,8 @@ int main(int argc, char** argv) {
        listen_command(),   plan_command(),         positioner_command(),  replay_command(),
        restore_command(),  robot_commands(),       robot_fix_command(),   tls_commands(),
        tls_init_command(), tls_client_command(),   tool_command()});
+  std::ranges::move(std::vector{cell_commands(), cell_demo_command(), cell_new_command()},
+                    std::back_inserter(line.commands));
   line.commands.push_back(audit_verify_command());  // behind its group, which is the daemon's
   return run_command_line(line, {argv + 1, argv + argc});
 }
