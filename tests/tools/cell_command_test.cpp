@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
 #include <boost/json/parse.hpp>
 #include <filesystem>
 #include <iterator>
@@ -28,6 +30,20 @@ std::ptrdiff_t entries_of(const fs::path& folder) {
   return std::distance(fs::directory_iterator{folder}, fs::directory_iterator{});
 }
 
+/// A free TCP port whose next one is free too, as the channels of EKI have them.
+std::uint16_t free_pair_of_ports() {
+  using boost::asio::ip::tcp;
+  boost::asio::io_context io;
+  const auto loopback = boost::asio::ip::address_v4::loopback();
+  for (;;) {
+    const std::uint16_t port = tcp::acceptor{io, {loopback, 0}}.local_endpoint().port();
+    tcp::socket next{io, tcp::v4()};
+    boost::system::error_code taken;
+    next.bind({loopback, static_cast<std::uint16_t>(port + 1)}, taken);
+    if (!taken) return port;
+  }
+}
+
 TEST(CellDemo, MeasuresCalibratesAndReportsASimulatedCellAndEndsItsPrograms) {
   const TempFolder folder;
   const fs::path out = folder.path() / "demo";
@@ -37,8 +53,7 @@ TEST(CellDemo, MeasuresCalibratesAndReportsASimulatedCellAndEndsItsPrograms) {
   EXPECT_THAT(done.out, AllOf(HasSubstr("Mean position error"), HasSubstr("Verdict: green"),
                               HasSubstr("report: " + (out / "report.html").string())));
   EXPECT_THAT(text_of(out / "report.html"), HasSubstr("</html>"));
-  const auto simulator = boost::json::parse(text_of(out / "sim.json")).at("pid").to_number<int>();
-  EXPECT_FALSE(fs::exists("/proc/" + std::to_string(simulator))) << "the simulator runs on";
+  EXPECT_FALSE(fs::exists(out / "sim.json")) << "the simulator runs on";
   EXPECT_FALSE(fs::exists(out / "run/control.sock")) << "the daemon runs on";
 }
 
@@ -91,8 +106,9 @@ struct CellNew : testing::Test {
   TempFolder of_simulator_;
   sim::SimulatorProcess simulator_{
       of_simulator_,
-      {"--scenario", kData + "/scenarios/demo.yaml", "--eki-port", "0", "--tracker-port", "0", "--rsi-target",
-       "127.0.0.1:49152", "--ready-file", of_simulator_.path() / "ready.json"}};
+      {"--scenario", kData + "/scenarios/demo.yaml", "--eki-port", std::to_string(free_pair_of_ports()),
+       "--tracker-port", "0", "--rsi-target", "127.0.0.1:49152", "--ready-file",
+       of_simulator_.path() / "ready.json"}};
   std::string ready_ = simulator_.ready(of_simulator_.path() / "ready.json");
 };
 

@@ -114,16 +114,18 @@ void ask_all(CellNew& c) {
         [](const std::string& kss) { return why_not_of(kss_names(), kss); }}});
 }
 
+bool is_of_service(const CellNew& c) { return fs::weakly_canonical(c.folder) == "/etc/truepose"; }
+
+/// As the cell file names it: the service may not write to its folder in /etc.
+fs::path store_folder(const CellNew& c) {
+  return is_of_service(c) ? fs::path{"/var/lib/truepose"} / c.name : fs::path{c.name};
+}
+
 /// The cell file, for a place where a folder of the cell's name stands next to it.
 /// @param model  the controller's own name of the arm; empty: not known
 std::string cell_text(const CellNew& c, const std::string& ethernet_xml, const std::string& model) {
   const config::Endpoint motion = *endpoint_of(c.controller, kLinkPort);
   const config::Endpoint state{motion.host, static_cast<std::uint16_t>(motion.port + 1)};
-  const std::string of_service = "/var/lib/truepose/" + c.name + "/";
-  const std::string store = (fs::absolute(c.folder).lexically_normal() == "/etc/truepose/" ||
-                             fs::absolute(c.folder).lexically_normal() == "/etc/truepose")
-                                ? of_service
-                                : c.name + "/";
   std::string text = with_replaced(
       c.data / "cell.yaml",
       {{"# An example cell: one KUKA arm and one laser tracker, here both simulated on this machine.",
@@ -142,7 +144,7 @@ std::string cell_text(const CellNew& c, const std::string& ethernet_xml, const s
        {"reflector: CCR-1.5in", "#reflector: NAME"},
        {"listen: 127.0.0.1:7210", "listen: " + config::text(*endpoint_of(c.control, 7210))},
        {"token_file: token", "token_file: " + c.name + "/token"},
-       {"store: demo.sqlite", "store: " + store + c.name + ".sqlite"},
+       {"store: demo.sqlite", "store: " + (store_folder(c) / (c.name + ".sqlite")).string()},
        {"/run/truepose/demo", "/run/truepose/" + c.name}});
   // The example runs without real-time priority, a cell must not.
   constexpr std::string_view kOfExample = "realtime: prefer ";
@@ -237,6 +239,7 @@ int run_new(CellNew& cell) {
       throw CommandError{kBadInput,
                          taken.string() + ": is there already. Choose another name, or remove it."};
   }
+  if (is_of_service(cell)) fs::create_directories(store_folder(cell));  // the unit makes it the daemon's
   const mode_t usual = ::umask(0077);
   StagedCell staged{cell};
   staged.fill();
