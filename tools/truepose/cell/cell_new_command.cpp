@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 
 #include "config/cell_config.hpp"
 #include "config/number_text.hpp"
@@ -162,6 +163,14 @@ std::string probed_model(const config::CellConfig& cell) {
   return robot ? robot->identity.model : "";
 }
 
+/// Root's files are read by the group of the folder, as the daemon's of /etc/truepose. None: only by their
+/// owner.
+std::optional<gid_t> shared_group(const fs::path& folder) {
+  struct stat found {};
+  if (::geteuid() != 0 || ::stat(folder.c_str(), &found) != 0 || found.st_gid == 0) return std::nullopt;
+  return found.st_gid;
+}
+
 /// All files in a folder of their own, which goes with it where they do not take their places.
 class StagedCell {
  public:
@@ -214,12 +223,11 @@ class StagedCell {
     fs::create_directories((stage_ / name).parent_path());
     config::write_text_file(stage_ / name, text);
   }
-  /// Root's files are read by the group of the folder, as the daemon's of /etc/truepose.
   void share_with_group() const {
-    struct stat folder {};
-    if (::geteuid() != 0 || ::stat(cell_.folder.c_str(), &folder) != 0) return;
+    const auto group = shared_group(cell_.folder);
+    if (!group) return;
     for (const auto& entry : fs::recursive_directory_iterator{stage_}) {
-      if (::lchown(entry.path().c_str(), static_cast<uid_t>(-1), folder.st_gid) != 0)
+      if (::lchown(entry.path().c_str(), static_cast<uid_t>(-1), *group) != 0)
         throw CommandError{kFailed, entry.path().string() + ": its group cannot be set"};
       fs::permissions(entry.path(), fs::perms::group_read, fs::perm_options::add);
       if (entry.is_directory()) fs::permissions(entry.path(), fs::perms::group_exec, fs::perm_options::add);
@@ -249,6 +257,9 @@ int run_new(CellNew& cell) {
       "%s: cell file. Enter tracker.robot_base, reflector and surroundings.\n%s: token of the control port\n"
       "%s: what the controller loads; where each file goes: truepose kuka write --help, docs/kuka.md\n\n",
       file.c_str(), (folder / "token").c_str(), (folder / "kuka").c_str());
+  // The daemon accepts a token that its own group can read.
+  if (const auto group = shared_group(cell.folder); group && ::setgid(*group) != 0)
+    throw CommandError{kFailed, "the group of " + cell.folder.string() + " cannot be taken"};
   return run_program(daemon, {"--config", file.string(), "--check", "--probe"});
 }
 
