@@ -7,6 +7,7 @@
 
 #include "config/number_text.hpp"
 #include "config/robot_file.hpp"
+#include "config/robot_text.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose::config {
@@ -103,11 +104,6 @@ std::string flange_text(const Eigen::Isometry3d& X) {
   for (const auto& [key, value] : numbers_of(X))
     text += (text.empty() ? "flange: {" : ", ") + key + ": " + number_text(value);
   return text + "}";
-}
-
-std::string coupling_text(const JointCoupling& coupling) {
-  return "{joint: " + std::to_string(coupling.joint + 1) + ", to: " + std::to_string(coupling.to + 1) +
-         ", factor: " + number_text(coupling.factor) + "}";
 }
 
 void change_couplings(Edits& edits, const YamlValue& root, const RobotModel& from, const RobotModel& to) {

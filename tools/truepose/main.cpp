@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
        drift_command(),      export_command(),       fk_command(),          iso9283_command(),
        kuka_commands(),      kuka_write_command(),   kuka_lint_command(),   listen_command(),
        plan_command(),       positioner_command(),   replay_command(),      restore_command(),
-       robot_commands(),     robot_fix_command(),    tls_commands(),        tls_init_command(),
+       robot_commands(),     robot_fix_command(), robot_import_command(),    tls_commands(),        tls_init_command(),
        tls_client_command(), tool_command()});
   line.commands.push_back(audit_verify_command());  // behind its group, which is the daemon's
   return run_command_line(line, {argv + 1, argv + argc});

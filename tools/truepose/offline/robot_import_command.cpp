@@ -1,0 +1,157 @@
+// An arm from a file of another program, as a robot file.
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+#include "config/dh_table.hpp"
+#include "config/machine_data.hpp"
+#include "config/number_text.hpp"
+#include "config/opw_file.hpp"
+#include "config/robot_text.hpp"
+#include "config/text_file.hpp"
+#include "config/urdf_file.hpp"
+#include "core/arm/forward.hpp"
+#include "core/arm/joint_units.hpp"
+#include "core/formatted.hpp"
+#include "core/math/angles.hpp"
+#include "tools/truepose/offline/offline_commands.hpp"
+
+namespace truepose::tools {
+namespace {
+
+struct RobotImport {
+  std::filesystem::path source, out;
+  std::string name, dh, units;
+  config::UrdfOptions urdf;
+  std::vector<std::string> arguments;  // NAME=VALUE
+  std::vector<double> coupling;        // JOINT, TO, FACTOR
+};
+
+config::ImportedArm from_table(const RobotImport& command) {
+  if (command.dh.empty())
+    throw CommandError{kBadInput,
+                       command.source.string() +
+                           ": which convention has this table? Give --dh standard (a and alpha behind "
+                           "the joint) or --dh modified (in front of it, Craig)"};
+  const auto units = config::dh_units(command.units);
+  if (!command.units.empty() && !units)
+    throw bad_usage("--units: expected a length and an angle such as mm,deg or m,rad");
+  return config::load_dh_table(
+      command.source,
+      command.dh == "standard" ? config::DhConvention::Standard : config::DhConvention::Modified, units);
+}
+
+config::UrdfOptions urdf_options(const RobotImport& command) {
+  config::UrdfOptions options = command.urdf;
+  for (const std::string& each : command.arguments) {
+    const std::size_t equals = each.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw bad_usage("--arg: expected NAME=VALUE, found '" + each + "'");
+    options.arguments.insert_or_assign(each.substr(0, equals), each.substr(equals + 1));
+  }
+  return options;
+}
+
+config::ImportedArm imported(const RobotImport& command) {
+  std::string name = command.source.filename().string();
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (name.ends_with(".urdf") || name.ends_with(".xacro"))
+    return config::load_urdf(command.source, urdf_options(command));
+  if (name.ends_with(".csv")) return from_table(command);
+  if (name.ends_with(".yaml") || name.ends_with(".yml")) return config::load_opw(command.source);
+  if (std::filesystem::is_directory(command.source) || name.ends_with(".zip") || name.ends_with(".dat"))
+    return {config::load_machine_data(command.source), {}};
+  throw CommandError{kBadInput,
+                     command.source.string() +
+                         ": not a kind of file that can be imported. Give a KUKA archive (folder or .zip) or "
+                         "$machine.dat, a .urdf or .xacro, a DH table (.csv) or OPW parameters (.yaml)."};
+}
+
+/// The controller's coupling, which descriptions of the links do not have.
+void couple(const std::vector<double>& numbers, RobotModel& robot) {
+  if (numbers.empty()) return;
+  const JointCoupling coupling{static_cast<int>(numbers[0]) - 1, static_cast<int>(numbers[1]) - 1,
+                               numbers[2]};
+  if (coupling.to < 0 || coupling.joint <= coupling.to || coupling.joint >= robot.joint_count())
+    throw bad_usage("--coupling: expected a joint, one before it, and a factor: 3,2,1");
+  robot.coupling.push_back(coupling);
+}
+
+/// Three positions to compare with the pendant: near zero, and every joint away from it to either side.
+std::vector<JointVector> positions_to_compare(const RobotModel& robot) {
+  std::vector<JointVector> positions;
+  for (const double away : {0.0, 0.4, -0.3}) {
+    JointVector q(robot.joint_count());
+    for (int i = 0; i < robot.joint_count(); ++i) {
+      const Joint& joint = robot.joints[static_cast<std::size_t>(i)];
+      const double unit = unit_of(joint), zero = std::clamp(0.0, joint.min, joint.max);
+      const double room = std::min(away < 0 ? zero - joint.min : joint.max - zero, 90 * unit);
+      // At the end of its travel a joint moves to the other side.
+      const double step = room > 10 * unit ? away * room : -away * std::min(joint.max - joint.min, 90 * unit);
+      const double turned =
+          zero + (zero == 0 || room > 10 * unit ? step : std::copysign(step, zero == joint.min ? 1 : -1));
+      q[i] = std::round(std::clamp(turned, joint.min, joint.max) / unit) * unit;
+    }
+    positions.push_back(q);
+  }
+  return positions;
+}
+
+void print_positions(const RobotModel& robot) {
+  std::printf("Compare with the pendant (base and tool zero):\n");
+  for (const JointVector& q : positions_to_compare(robot)) {
+    std::string joints;
+    for (const double each : in_deg_mm(q, robot))
+      joints += formatted(joints.empty() ? "%.0f" : ", %.0f", each + 0.0);
+    const Eigen::Isometry3d X = forward_kinematics(robot, q);
+    const Eigen::Vector3d p = X.translation(), abc = kuka_abc_deg(X.linear());
+    std::printf("  q %s: x %.3f y %.3f z %.3f mm, a %.4f b %.4f c %.4f deg\n", joints.c_str(), p.x() + 0.0,
+                p.y() + 0.0, p.z() + 0.0, abc.x() + 0.0, abc.y() + 0.0, abc.z() + 0.0);
+  }
+}
+
+int run_import(const RobotImport& command) {
+  config::ImportedArm arm = imported(command);
+  if (!command.name.empty()) arm.robot.name = command.name;
+  couple(command.coupling, arm.robot);
+  std::vector<std::string> comment{arm.robot.name + ", imported from " + command.source.filename().string()};
+  for (const std::string& note : arm.notes) comment.push_back("  " + note);
+  comment.push_back("Modified DH with Hayati's beta; mm, deg, deg/s: see docs/robot-files.md.");
+  config::write_text_file(command.out, config::robot_text(arm.robot, comment));
+  for (const std::string& note : arm.notes) std::printf("%s\n", note.c_str());
+  std::printf("%s: %s, %d joints, written\n", command.out.c_str(), arm.robot.name.c_str(),
+              arm.robot.joint_count());
+  print_positions(arm.robot);
+  return kDone;
+}
+
+}  // namespace
+
+Command robot_import_command() {
+  const auto command = std::make_shared<RobotImport>();
+  RobotImport& c = *command;
+  return {
+      .name = "robot import",
+      .help = "Makes a robot file from a KUKA archive, a URDF or xacro, a DH table or OPW parameters",
+      .options =
+          {Option("source", &c.source,
+                  "KUKA archive (folder, .zip) or $machine.dat; .urdf or .xacro; DH table (.csv); OPW "
+                  "parameters (.yaml)",
+                  {.required = true, .type = "SOURCE", .file = FileUse::Read}),
+           Option("--out", &c.out, "Robot file to write", {.required = true, .file = FileUse::Written}),
+           Option("--name", &c.name, "Name of the arm, in place of the source's"),
+           Option("--base", &c.urdf.base, "URDF: link of the robot base; without it base, or the root"),
+           Option("--tip", &c.urdf.tip, "URDF: link of the flange; without it tool0, or the only end"),
+           Option("--arg", &c.arguments, "xacro: an argument", {.type = "NAME=VALUE", .repeats = true}),
+           Option("--masses", &c.urdf.takes_masses,
+                  "URDF: takes the masses of the links too, which many files only make up"),
+           Option("--dh", &c.dh, "DH table: its convention", {.check = member_of({"standard", "modified"})}),
+           Option("--units", &c.units, "DH table: of columns whose names do not say it",
+                  {.type = "LENGTH,ANGLE"}),
+           Option("--coupling", &c.coupling,
+                  "Joint that another one moves too, and by which factor: FANUC's is 3,2,1",
+                  {.type = "JOINT,TO,FACTOR", .count = 3})},
+      .run = [command] { return run_import(*command); }};
+}
+
+}  // namespace truepose::tools
