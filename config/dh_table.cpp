@@ -24,18 +24,13 @@ struct DhColumn {
   bool required = false;
 };
 
-constexpr std::array kColumns{DhColumn{"joint", "name", Quantity::Plain},
-                              DhColumn{"a", "r", Quantity::Length, true},
-                              DhColumn{"alpha", "", Quantity::Angle, true},
-                              DhColumn{"d", "", Quantity::Length, true},
-                              DhColumn{"theta", "offset", Quantity::Angle, true},
-                              DhColumn{"beta", "", Quantity::Angle},
-                              DhColumn{"sign", "", Quantity::Plain},
-                              DhColumn{"type", "", Quantity::Plain},
-                              DhColumn{"min", "lower", Quantity::OfJoint},
-                              DhColumn{"max", "upper", Quantity::OfJoint},
-                              DhColumn{"speed", "velocity", Quantity::OfJoint},
-                              DhColumn{"acceleration", "", Quantity::OfJoint}};
+constexpr std::array kColumns{
+    DhColumn{"joint", "name", Quantity::Plain},         DhColumn{"a", "r", Quantity::Length, true},
+    DhColumn{"alpha", "", Quantity::Angle, true},       DhColumn{"d", "", Quantity::Length, true},
+    DhColumn{"theta", "offset", Quantity::Angle, true}, DhColumn{"beta", "", Quantity::Angle},
+    DhColumn{"sign", "sense", Quantity::Plain},         DhColumn{"type", "", Quantity::Plain},
+    DhColumn{"min", "lower", Quantity::OfJoint},        DhColumn{"max", "upper", Quantity::OfJoint},
+    DhColumn{"speed", "velocity", Quantity::OfJoint},   DhColumn{"acceleration", "", Quantity::OfJoint}};
 
 struct Unit {
   std::string_view name;
@@ -205,6 +200,45 @@ std::vector<Joint> flange_rows(const Eigen::Isometry3d& X) {
   return rows;
 }
 
+/// A column of a table that is written.
+struct WrittenColumn {
+  const char* header;
+  double (*number)(const Joint& row);
+};
+constexpr WrittenColumn kA{"a (mm)", [](const Joint&row) { return row.a_mm; }},
+    kAlpha{"alpha (deg)", [](const Joint&row) { return row.alpha_rad * kDegPerRad; }},
+    kD{"d (mm)", [](const Joint&row) { return row.d_mm; }},
+    kTheta{"theta (deg)", [](const Joint&row) { return row.theta_rad * kDegPerRad; }},
+    kBeta{"beta (deg)", [](const Joint&row) { return row.beta_rad * kDegPerRad; }},
+    kSign{"sign", [](const Joint&row) { return row.sign; }},
+    kSense{"sense", [](const Joint&row) { return row.sign; }},
+    kMin{"min (deg|mm)", [](const Joint&row) { return row.min / unit_of(row); }},
+    kMax{"max (deg|mm)", [](const Joint&row) { return row.max / unit_of(row); }},
+    kSpeed{"speed (deg/s|mm/s)", [](const Joint&row) { return row.speed / unit_of(row); }},
+    kAcceleration{"acceleration (deg/s2|mm/s2)",
+                  [](const Joint&row) { return row.acceleration / unit_of(row); }};
+
+struct NamedRow {
+  std::string name;
+  Joint row;
+};
+
+void add_flange(const RobotModel& robot, std::vector<NamedRow>& rows) {
+  for (const Joint& row : flange_rows(robot.X_flange)) rows.push_back({"flange", row});
+}
+
+std::string table_text(const std::vector<NamedRow>& rows, const std::vector<WrittenColumn>& columns) {
+  std::string text = "joint,type";
+  for (const WrittenColumn& column : columns) text += std::string{","} + column.header;
+  text += '\n';
+  for (const auto& [name, row] : rows) {
+    text += name + (row.type == JointType::Prismatic ? ",prismatic" : ",revolute");
+    for (const WrittenColumn& column : columns) text += ',' + format_number(column.number(row));
+    text += '\n';
+  }
+  return text;
+}
+
 }  // namespace
 
 std::optional<DhUnits> dh_units(std::string_view text) {
@@ -251,18 +285,7 @@ ImportedArm load_dh_table(const std::filesystem::path& file, DhConvention conven
 std::string dh_table_text(const RobotModel& robot, DhConvention convention) {
   const bool standard = convention == DhConvention::Standard;
   if (standard) expect_standard(robot);
-  std::string text =
-      "joint,type,a (mm),alpha (deg),d (mm),theta (deg),beta (deg),sign,min (deg|mm),max (deg|mm),speed (deg/s|mm/s),"
-      "acceleration (deg/s2|mm/s2)\n";
-  const auto add = [&](const std::string& name, const Joint& row) {
-    text += name + (row.type == JointType::Prismatic ? ",prismatic" : ",revolute");
-    const double unit = unit_of(row);
-    for (const double number : {row.a_mm, row.alpha_rad * kDegPerRad, row.d_mm, row.theta_rad * kDegPerRad,
-                                row.beta_rad * kDegPerRad, row.sign, row.min / unit, row.max / unit,
-                                row.speed / unit, row.acceleration / unit})
-      text += ',' + format_number(number);
-    text += '\n';
-  };
+  std::vector<NamedRow> rows;
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     Joint row = robot.joints[i];
     if (standard) {
@@ -270,11 +293,18 @@ std::string dh_table_text(const RobotModel& robot, DhConvention convention) {
       row.a_mm = last ? robot.X_flange.translation().x() : robot.joints[i + 1].a_mm;
       row.alpha_rad = last ? angles_zyx(robot.X_flange.linear()).x() : robot.joints[i + 1].alpha_rad;
     }
-    add(std::to_string(i + 1), row);
+    rows.push_back({std::to_string(i + 1), row});
   }
-  if (standard) return text;
-  for (const Joint& row : flange_rows(robot.X_flange)) add("flange", row);
-  return text;
+  if (!standard) add_flange(robot, rows);
+  return table_text(rows, {kA, kAlpha, kD, kTheta, kBeta, kSign, kMin, kMax, kSpeed, kAcceleration});
+}
+
+std::string robodk_table_text(const RobotModel& robot) {
+  std::vector<NamedRow> rows;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i)
+    rows.push_back({std::to_string(i + 1), robot.joints[i]});
+  add_flange(robot, rows);
+  return table_text(rows, {kAlpha, kA, kTheta, kD, kBeta, kSense, kMin, kMax, kSpeed});
 }
 
 }  // namespace truepose::config

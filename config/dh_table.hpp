@@ -32,4 +32,8 @@ ImportedArm load_dh_table(const std::filesystem::path& file, DhConvention conven
 /// standard table has no beta and no flange of its own. Throws ConfigError where the arm needs one of them.
 std::string dh_table_text(const RobotModel& robot, DhConvention convention);
 
+/// The modified table with its columns in RoboDK's order: alpha, a, theta, d, then Hayati's beta and the
+/// sense. Reads back as such a table too.
+std::string robodk_table_text(const RobotModel& robot);
+
 }  // namespace truepose::config

@@ -21,4 +21,13 @@ std::string parameter_csv(std::span<const IdentifiedParameter> parameters, const
 /// forward_kinematics()'s, and each number has the digits that bring it back exactly.
 std::string urdf(const RobotModel& calibrated);
 
+/// What of a calibrated KUKA a controller itself can take, as CSV:
+/// row,parameter,unit,nominal,value,change,where. where names the controller's own number (the arm's
+/// $machine.dat, the zero of an axis), or says that there is none: tilts of axes and everything beyond
+/// geometry need corrected positions. Angles in deg. Rows of parameters that were not identified or did not
+/// change are left out.
+///
+/// @param robot  the calibrated arm, whose rows say whether the numbers of $machine.dat are theirs
+std::string kuka_corrections_csv(std::span<const IdentifiedParameter> parameters, const RobotModel& robot);
+
 }  // namespace truepose::config

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "config/document_kind.hpp"
+#include "config/robot_library.hpp"
 #include "config/yaml_layout.hpp"
 
 namespace truepose::config {
@@ -104,14 +105,14 @@ RobotModel robot_of(const RobotText& text) {
 
 }  // namespace
 
-RobotModel load_robot(const std::filesystem::path& file) { return robot_of(read_robot(read_yaml(file))); }
+RobotModel load_robot(const std::filesystem::path& file) { return robot_of(read_robot(read_yaml(robot_file_of(file)))); }
 
 RobotModel parse_robot(const std::string& text, const std::string& file_name) {
   return robot_of(read_robot(parse_yaml(text, file_name)));
 }
 
 std::vector<BodyPart> load_body(const std::filesystem::path& file) {
-  const RobotText text = read_robot(read_yaml(file));
+  const RobotText text = read_robot(read_yaml(robot_file_of(file)));
   std::vector<BodyPart> body;
   add_parts(body, 0, text.base_body);
   int link = 0;

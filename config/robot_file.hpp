@@ -9,7 +9,7 @@
 
 namespace truepose::config {
 
-/// Reads a robot file (YAML; mm, deg, deg/s, kg). Throws
+/// Reads a robot file (YAML; mm, deg, deg/s, kg), or a shipped one by its name (robot_file_of()). Throws
 /// ConfigError naming file, line, column and key.
 RobotModel load_robot(const std::filesystem::path& file);
 /// The same of a text; `file_name` stands in the messages.

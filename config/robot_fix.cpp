@@ -7,6 +7,7 @@
 
 #include "config/number_text.hpp"
 #include "config/robot_file.hpp"
+#include "config/robot_library.hpp"
 #include "config/robot_text.hpp"
 #include "core/math/angles.hpp"
 
@@ -130,7 +131,7 @@ bool is_same(const RobotModel& a, const RobotModel& b) {
 }  // namespace
 
 std::string robot_place(const std::filesystem::path& file, int joint, std::string_view key) {
-  const YamlValue root = read_yaml(file);
+  const YamlValue root = read_yaml(robot_file_of(file));
   if (const YamlValue* const own = root.find(key)) return own->where();
   const YamlValue* const joints = root.find("joints");
   if (!joints || joints->list().empty()) return root.where();
@@ -140,7 +141,7 @@ std::string robot_place(const std::filesystem::path& file, int joint, std::strin
 }
 
 std::string fixed_robot_text(const std::filesystem::path& file, const RobotModel& fixed) {
-  const std::string text = read_text_file(file, kMostBytesOfYaml);
+  const std::string text = read_text_file(robot_file_of(file), kMostBytesOfYaml);
   const RobotModel given = parse_robot(text, file.string());
   const YamlValue root = parse_yaml(text, file.string());
   Edits edits(text);

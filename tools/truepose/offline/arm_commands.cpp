@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 
+#include "config/dh_table.hpp"
 #include "config/measurement_file.hpp"
 #include "config/model_export.hpp"
 #include "config/text_file.hpp"
@@ -66,17 +67,34 @@ int run_fk(const FkCommand& command) {
 }
 
 struct ExportCommand {
-  std::string model_file, urdf_file, csv_file;
+  std::string model_file, urdf_file, csv_file, dh_file, robodk_file, kuka_file;
 };
 
+/// What a table of links cannot hold, said where the arm has it.
+void note_left_out(const RobotModel& robot) {
+  if (!robot.coupling.empty())
+    print_to_stderr("a DH table has no coupling: its joints are those of the links, not the controller's");
+  if (!robot.deviation.empty() || robot.field)
+    print_to_stderr("a DH table has no deviations of joints and no residual field: they are left out");
+}
+
 int run_export(const ExportCommand& command) {
-  if (command.urdf_file.empty() && command.csv_file.empty()) throw bad_usage("export needs --urdf or --csv");
+  if (command.urdf_file.empty() && command.csv_file.empty() && command.dh_file.empty() &&
+      command.robodk_file.empty() && command.kuka_file.empty())
+    throw bad_usage("export needs --urdf, --csv, --dh, --robodk or --kuka");
   const config::ModelFile model = load_model_to_use(command.model_file);
   const RobotModel& robot = model.cell.robot;
   if (!command.urdf_file.empty()) config::write_text_file(command.urdf_file, config::urdf(robot));
   if (!command.csv_file.empty())
     config::write_text_file(command.csv_file, config::parameter_csv(model.parameters, robot));
-  note_written({command.urdf_file, command.csv_file});
+  if (!command.dh_file.empty() || !command.robodk_file.empty()) note_left_out(robot);
+  if (!command.dh_file.empty())
+    config::write_text_file(command.dh_file, config::dh_table_text(robot, config::DhConvention::Modified));
+  if (!command.robodk_file.empty())
+    config::write_text_file(command.robodk_file, config::robodk_table_text(robot));
+  if (!command.kuka_file.empty())
+    config::write_text_file(command.kuka_file, config::kuka_corrections_csv(model.parameters, robot));
+  note_written({command.urdf_file, command.csv_file, command.dh_file, command.robodk_file, command.kuka_file});
   return kDone;
 }
 
@@ -112,6 +130,14 @@ Command export_command() {
                          "Kinematics (URDF); deviations of joints and a residual field do not fit into it",
                          {.file = FileUse::Written}),
                   Option("--csv", &c.csv_file, "Every parameter with its unit, sigma and share of the data",
+                         {.file = FileUse::Written}),
+                  Option("--dh", &c.dh_file,
+                         "Modified DH table with Hayati's beta (CSV), which robot import reads",
+                         {.file = FileUse::Written}),
+                  Option("--robodk", &c.robodk_file, "The same in RoboDK's order of columns (CSV)",
+                         {.file = FileUse::Written}),
+                  Option("--kuka", &c.kuka_file,
+                         "What a KUKA controller itself can take, and what it cannot (CSV)",
                          {.file = FileUse::Written})},
       .run = [command] { return run_export(*command); },
       .examples = {{"export model.yaml --urdf arm.urdf --csv parameters.csv"}}};

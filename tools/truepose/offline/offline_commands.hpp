@@ -28,7 +28,11 @@ Command listen_command();     ///< no good frame of the configured kind came
 Command plan_command();
 Command positioner_command();  ///< as base_command(), or the root stands on its head
 Command robot_commands();
+Command robot_check_command();  ///< a position differs by more than the limits
 Command robot_import_command();
+Command robot_list_command();
+Command robot_new_command();
+Command robot_show_command();
 Command robot_fix_command();  ///< nothing was found, or nothing that can be fixed
 Command replay_command();     ///< a driver or the stream does something else than when it was recorded
 Command restore_command();    ///< the copy cannot be used, or a daemon has the store
