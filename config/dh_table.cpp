@@ -60,7 +60,7 @@ const Unit* unit_named(std::string_view name) {
   return unit == kUnits.end() ? nullptr : unit;
 }
 
-/// A table whose columns were recognised.
+/// A table with its columns recognised.
 class DhRows {
  public:
   DhRows(const std::filesystem::path& file, const std::optional<DhUnits>& units)

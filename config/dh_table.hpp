@@ -11,7 +11,7 @@ namespace truepose::config {
 /// Standard: Rz(theta) Tz(d) Tx(a) Rx(alpha). Modified (Craig): Rx(alpha) Tx(a) Rz(theta) Tz(d).
 enum class DhConvention { Standard, Modified };
 
-/// Units of a table whose column names do not say them.
+/// Units of the columns without a unit in their name.
 struct DhUnits {
   double mm = 1;   ///< of a length: 1, 10 or 1000
   double rad = 1;  ///< of an angle: 1 for rad, kRadPerDeg for deg

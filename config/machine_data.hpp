@@ -8,7 +8,7 @@
 namespace truepose::config {
 
 /// The arm that a KUKA controller's machine data describe: lengths, software limits and axis speeds, in the
-/// rows of the shipped KR 210. Refuses arms other than the six axis ones with a central wrist whose axes
+/// rows of the shipped KR 210. Refuses arms other than the six axis ones with a central wrist and axes that
 /// count as on these.
 ///
 /// @param text   R1/Mada/$machine.dat

@@ -27,7 +27,7 @@ std::string urdf(const RobotModel& calibrated);
 /// geometry need corrected positions. Angles in deg. Rows of parameters that were not identified or did not
 /// change are left out.
 ///
-/// @param robot  the calibrated arm, whose rows say whether the numbers of $machine.dat are theirs
+/// @param robot  the calibrated arm: its rows say whether the numbers of $machine.dat are theirs
 std::string kuka_corrections_csv(std::span<const IdentifiedParameter> parameters, const RobotModel& robot);
 
 }  // namespace truepose::config

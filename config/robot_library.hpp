@@ -5,7 +5,7 @@
 
 namespace truepose::config {
 
-/// The robot files that came with the program, by name: those of share/truepose/robots beside it, or of
+/// The robot files that came with the program, by name: those of share/truepose/robots next to it, or of
 /// config/robots of the source tree that it was built in. Empty where there is no such folder.
 std::vector<std::filesystem::path> shipped_robot_files();
 

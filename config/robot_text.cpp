@@ -1,24 +1,17 @@
 #include "config/robot_text.hpp"
 
-#include <cmath>
-
 #include "config/number_text.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/rounding.hpp"
 
 namespace truepose::config {
 namespace {
 
-/// Of a value that was multiplied by the radians of a degree: less is rounding.
-std::string without_rounding(double value) {
-  constexpr double kPerStep = 1e11;
-  return format_number(std::abs(value) < 1e4 ? std::round(value * kPerStep) / kPerStep + 0.0 : value);
-}
-
 std::string pairs(std::initializer_list<std::pair<const char*, double>> numbers) {
   std::string text;
   for (const auto& [key, value] : numbers)
-    text += (text.empty() ? "" : ", ") + std::string{key} + ": " + without_rounding(value);
+    text += (text.empty() ? "" : ", ") + std::string{key} + ": " + format_number(without_rounding(value));
   return text;
 }
 

@@ -9,8 +9,10 @@
 namespace truepose::config {
 
 struct UrdfOptions {
-  std::string base;  ///< link whose frame is the robot base; empty: `base` where there is one, else the root
-  std::string tip;   ///< link whose frame is the flange; empty: `tool0` where there is one, else the only end
+  std::string
+      base;  ///< link with the frame of the robot base; empty: `base` where there is one, else the root
+  std::string
+      tip;  ///< link with the frame of the flange; empty: `tool0` where there is one, else the only end
   std::map<std::string, std::string> arguments;  ///< of xacro:arg
   bool takes_masses = false;                     ///< many descriptions only make them up
 };

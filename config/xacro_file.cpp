@@ -237,7 +237,7 @@ class Expander {
     fail(file, node, "$(" + inside + ") is not understood; only $(find PACKAGE) and $(arg NAME) are");
   }
 
-  /// A package beside the file: a folder of that name among those that the file is in, or next to one of
+  /// A package near the file: a folder of that name among those that the file is in, or next to one of
   /// them.
   static fs::path folder_of_package(const SourceFile& file, const std::string& package) {
     for (fs::path folder = fs::absolute(file.path).parent_path(); folder.has_relative_path();

@@ -16,7 +16,7 @@ struct XacroOptions {
 /// (evaluate_xacro()), $(arg ..), $(find ..), if, unless and include. What does not say where a joint stands
 /// (shapes, materials, gazebo, transmissions, controllers) is left out unread.
 ///
-/// A package of $(find ..) is looked for beside the folders that the including file is in.
+/// A package of $(find ..) is looked for among and next to the folders that the including file is in.
 /// @return <robot> with <link> and <joint>
 /// Throws ConfigError with file and line.
 pugi::xml_document expand_xacro(const std::filesystem::path& file, const XacroOptions& options);

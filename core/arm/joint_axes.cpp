@@ -5,6 +5,7 @@
 
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/rounding.hpp"
 
 namespace truepose {
 namespace {
@@ -32,12 +33,7 @@ Vector3d nearest_to(const Line& line, const Line& other) {
 
 Vector3d square_to(const Vector3d& v, const Vector3d& z) { return v - z * z.dot(v); }
 
-/// Rounded to what a data sheet can say: a step of 1e-11 moves no point of an arm by 1e-9 mm.
-double rounded(double value) {
-  constexpr double kPerUnit = 1e11;
-  return std::abs(value) < 1e4 ? std::round(value * kPerUnit) / kPerUnit + 0.0 : value;
-}
-double rounded_angle(double rad) { return rounded(rad * kDegPerRad) * kRadPerDeg; }
+double angle_without_rounding(double rad) { return without_rounding(rad * kDegPerRad) * kRadPerDeg; }
 
 /// Beta, alpha and a that lead from frame X to a line which stands in that frame's xz plane.
 void lead_to(const Line& line, const Eigen::Isometry3d& X, Joint& row) {
@@ -59,15 +55,15 @@ void lead_to(const Line& line, const Eigen::Isometry3d& X, Joint& row) {
     row.beta_rad -= std::copysign(std::numbers::pi, row.beta_rad);
   }
   const Vector3d tilted = Eigen::AngleAxisd{-row.beta_rad, Vector3d::UnitY()} * direction;
-  row.alpha_rad = rounded_angle(std::atan2(-tilted.y(), tilted.z()));
-  row.beta_rad = rounded_angle(row.beta_rad);
-  row.a_mm = rounded(row.a_mm);
+  row.alpha_rad = angle_without_rounding(std::atan2(-tilted.y(), tilted.z()));
+  row.beta_rad = angle_without_rounding(row.beta_rad);
+  row.a_mm = without_rounding(row.a_mm);
 }
 
 /// Theta and d that turn and shift a frame on its z axis to have this origin and x axis.
 void place(const Eigen::Isometry3d& X, const Vector3d& origin, const Vector3d& x, Joint& row) {
-  row.theta_rad = rounded_angle(std::atan2(x.dot(X.linear().col(1)), x.dot(X.linear().col(0))));
-  row.d_mm = rounded((origin - X.translation()).dot(X.linear().col(2)));
+  row.theta_rad = angle_without_rounding(std::atan2(x.dot(X.linear().col(1)), x.dot(X.linear().col(0))));
+  row.d_mm = without_rounding((origin - X.translation()).dot(X.linear().col(2)));
 }
 
 /// Of the two x axes that lead to the next axis, the one that turns by less; at a right angle the one on

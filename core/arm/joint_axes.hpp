@@ -24,8 +24,8 @@ struct ArmOfAxes {
   Eigen::Isometry3d X_base = Eigen::Isometry3d::Identity();
 };
 
-/// The modified DH rows (with Hayati's beta for axes that are parallel within 3 deg) and the flange whose
-/// forward kinematics is that of the lines, to rounding. Signs are chosen for lengths d of at least 0 and
+/// The modified DH rows (with Hayati's beta for axes that are parallel within 3 deg) and the flange with
+/// the forward kinematics of the lines, to rounding. Signs are chosen for lengths d of at least 0 and
 /// theta within +-90 deg, which are the rows of data sheets.
 ///
 /// @param axes   1..kMaxJoints joints, base to flange

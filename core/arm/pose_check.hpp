@@ -20,7 +20,7 @@ struct PoseDifference {
 };
 std::vector<PoseDifference> differences_of(const RobotModel& robot, std::span<const PoseReading> readings);
 
-/// One place of a robot file whose change explains the readings.
+/// A change at one place of a robot file that explains the readings.
 struct PoseExplanation {
   enum class Place { Row, Coupling, Flange, Base };
   Place place = Place::Row;

@@ -6,8 +6,10 @@
 #include <optional>
 #include <string>
 
+#include "config/csv_reader.hpp"
 #include "config/dh_table.hpp"
 #include "config/machine_data.hpp"
+#include "config/model_export.hpp"
 #include "config/opw_file.hpp"
 #include "config/robot_file.hpp"
 #include "config/robot_library.hpp"
@@ -265,6 +267,15 @@ TEST(XacroExpression, HasTheArithmeticOfPublicDescriptions) {
   EXPECT_EQ(value(std::string(5000, '(')), "! is nested too deeply");
 }
 
+TEST_F(Xacro, ReadsAnExportedUrdfBackToTheSameForwardKinematics) {
+  Random random{8};
+  for (const RobotModel& nominal :
+       {example::kr210(), example::seven_axis(), example::kr210_on_a_rail(), example::ur10()}) {
+    const RobotModel robot = example::deviating(nominal, random, 1, 2e-3);
+    EXPECT_LT(largest_difference(load(urdf(robot)).robot, robot), 1e-9) << robot.name;
+  }
+}
+
 // ---- DH tables and OPW
 
 class DhTable : public testing::Test {
@@ -353,6 +364,34 @@ opw_kinematics_joint_sign_corrections: [-1, 1, 1, -1, 1, -1]
 )");
   const RobotModel robot = load_opw(file).robot;
   EXPECT_LT(largest_difference(robot, load_robot("kr6_r900_sixx")), 1e-8);
+}
+
+// ---- Corrections for a controller
+
+TEST(KukaCorrections, NameTheControllersNumberOrSayThatThereIsNone) {
+  const RobotModel robot = load_robot("kr210_r2700_2");
+  const std::vector<IdentifiedParameter> parameters{
+      {.name = "base.x", .value = 5},
+      {.name = "link1.theta", .value = 0.01, .identified = true},
+      {.name = "link2.a", .nominal = 330, .value = 330.5, .identified = true},
+      {.name = "link3.alpha", .value = -0.002, .identified = true},
+      {.name = "link4.d", .nominal = 1220, .value = 1220},
+      {.name = "link6.d", .nominal = 215, .value = 214.75, .identified = true}};
+  const CsvTable table = CsvTable::parse(kuka_corrections_csv(parameters, robot), "kuka.csv");
+  ASSERT_EQ(table.row_count(), 4u);
+  const auto text = [&](std::size_t row, const char* column) {
+    return std::string{table.text(row, table.column(column))};
+  };
+  const auto number = [&](std::size_t row, const char* column) {
+    return table.number(row, table.column(column));
+  };
+  EXPECT_EQ(text(0, "where"), "zero of axis 1 (mastering)");
+  EXPECT_DOUBLE_EQ(number(0, "change"), -0.01 * kDegPerRad) << "axis 1 counts against its row";
+  EXPECT_EQ(text(1, "where"), "$machine.dat $LENGTH_A (by KUKA alone on most controllers)");
+  EXPECT_DOUBLE_EQ(number(1, "change"), 0.5);
+  EXPECT_EQ(text(2, "where"), "no place in the controller: needs corrected positions");
+  EXPECT_EQ(text(3, "where"), "$machine.dat $TFLWP.Z (by KUKA alone on most controllers)");
+  EXPECT_THAT(kuka_corrections_csv(parameters, load_robot("m20ia")), testing::Not(HasSubstr("$machine.dat")));
 }
 
 // ---- The library

@@ -146,7 +146,7 @@ Command robot_import_command() {
            Option("--masses", &c.urdf.takes_masses,
                   "URDF: takes the masses of the links too, which many files only make up"),
            Option("--dh", &c.dh, "DH table: its convention", {.check = member_of({"standard", "modified"})}),
-           Option("--units", &c.units, "DH table: of columns whose names do not say it",
+           Option("--units", &c.units, "DH table: of columns without a unit in their name",
                   {.type = "LENGTH,ANGLE"}),
            Option("--coupling", &c.coupling,
                   "Joint that another one moves too, and by which factor: FANUC's is 3,2,1",

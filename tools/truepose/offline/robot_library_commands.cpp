@@ -20,7 +20,7 @@ int run_list() {
   const auto files = config::shipped_robot_files();
   if (files.empty())
     throw CommandError{kFailed,
-                       "no folder share/truepose/robots beside the program. Install truepose whole."};
+                       "no folder share/truepose/robots next to the program. Install truepose whole."};
   std::vector<Cells> rows{{"NAME", "ARM", "JOINTS"}};
   for (const std::filesystem::path& file : files) {
     const RobotModel robot = config::load_robot(file);
