@@ -1,6 +1,7 @@
 #include "config/csv_reader.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "config/number_text.hpp"
 
@@ -43,7 +44,7 @@ CsvRow CsvScanner::record() {
   CsvRow row{.fields = {}, .line = line_};
   while (true) {
     row.fields.push_back(at('"') ? quoted_field() : plain_field());
-    if (at(',')) {
+    if (at(separator_)) {
       if (row.fields.size() == kMostCsvColumns) {
         throw ConfigError(*file_ + ": line " + std::to_string(line_) + ": more than " +
                           std::to_string(kMostCsvColumns) + " columns");
@@ -78,7 +79,8 @@ std::string shown_as_text(std::string field) {
 }  // namespace
 
 std::string CsvScanner::plain_field() {
-  const auto end = std::min(text_.find_first_of(",\r\n", position_), text_.size());
+  const auto end =
+      std::min(text_.find_first_of(std::array{separator_, '\r', '\n'}.data(), position_, 3), text_.size());
   const std::string_view field = text_.substr(position_, end - position_);
   position_ = end;
   return shown_as_text(std::string{trimmed(field)});
@@ -91,7 +93,7 @@ std::string CsvScanner::quoted_field() {
   while (position_ < text_.size()) {
     const char c = text_[position_++];
     if (c == '"' && !at('"')) {
-      if (position_ < text_.size() && !at(',') && !at('\r') && !at('\n')) {
+      if (position_ < text_.size() && !at(separator_) && !at('\r') && !at('\n')) {
         throw ConfigError(*file_ + ": line " + std::to_string(line_) + ": text after a closing quote");
       }
       return shown_as_text(std::move(field));
@@ -160,9 +162,9 @@ CsvTable CsvTable::read(const std::filesystem::path& file) {
   return parse(read_text_file(file, kMostBytes), file.string());
 }
 
-CsvTable CsvTable::parse(std::string_view text, const std::string& file_name) {
+CsvTable CsvTable::parse(std::string_view text, const std::string& file_name, int first_line) {
   CsvTable table;
-  CsvScanner scanner(text, file_name);
+  CsvScanner scanner(text, file_name, first_line);
   table.header_ = CsvHeader(scanner.next(), file_name);
   while (auto row = scanner.next()) {
     table.header_.expect_width(row->fields.size(), {table.row_count(), row->line});
@@ -188,8 +190,8 @@ std::string_view CsvTable::text(std::size_t row, std::size_t column) const {
   return std::string_view(fields_).substr(begin, ends_[index] - begin);
 }
 
-CsvStream::CsvStream(std::istream& in, std::string file)
-    : in_(in), file_(std::move(file)), scanner_("", file_) {
+CsvStream::CsvStream(std::istream& in, std::string file, int first_line, std::string taken)
+    : in_(in), file_(std::move(file)), lines_(std::move(taken)), scanner_(lines_, file_, first_line) {
   header_ = CsvHeader(next_record(), file_);
 }
 

@@ -30,8 +30,8 @@ struct CsvPlace {
 class CsvScanner {
  public:
   /// @param file  stands in the messages; outlives the scanner
-  CsvScanner(std::string_view text, const std::string& file, int first_line = 1)
-      : text_(text), file_(&file), line_(first_line) {}
+  CsvScanner(std::string_view text, const std::string& file, int first_line = 1, char separator = ',')
+      : text_(text), file_(&file), line_(first_line), separator_(separator) {}
 
   /// The next record that is not a blank line, or nothing at the end. Throws ConfigError.
   std::optional<CsvRow> next();
@@ -47,6 +47,7 @@ class CsvScanner {
   const std::string* file_;
   std::size_t position_ = 0;
   int line_;
+  char separator_;
 };
 
 /// The header row of a CSV file: what its columns are called, and how an error says where it is.
@@ -86,7 +87,8 @@ class CsvTable {
   static constexpr std::size_t kMostRows = 1'000'000;
 
   static CsvTable read(const std::filesystem::path& file);
-  static CsvTable parse(std::string_view text, const std::string& file_name);
+  /// @param first_line  number of the text's first line in the file
+  static CsvTable parse(std::string_view text, const std::string& file_name, int first_line = 1);
 
   /// Refuses columns that are not in `known`.
   void expect_only(const std::vector<std::string>& known) const { header_.expect_only(known); }
@@ -124,8 +126,9 @@ class CsvStream {
  public:
   static constexpr std::size_t kMostBytesOfRow = std::size_t{1} << 20;
 
-  /// Reads the header row. @param file  stands in the messages
-  CsvStream(std::istream& in, std::string file);
+  /// Reads the header row. @param file  stands in the messages @param first_line  as for CsvTable::parse()
+  /// @param taken  whole lines that were read from it already
+  CsvStream(std::istream& in, std::string file, int first_line = 1, std::string taken = {});
   CsvStream(const CsvStream&) = delete;
   CsvStream& operator=(const CsvStream&) = delete;
 

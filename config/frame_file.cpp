@@ -129,8 +129,8 @@ std::string other_frame(const Eigen::Isometry3d& in_file, const Eigen::Isometry3
 
 }  // namespace
 
-std::vector<PlannedPoint> load_points(const std::filesystem::path& file) {
-  const CsvTable table = CsvTable::read(file);
+std::vector<PlannedPoint> load_points(const std::filesystem::path& file, const TableReading* reading) {
+  const CsvTable table = read_table(file, {kPointColumns, {{"point"}}}, reading);
   table.expect_only(kPointColumns);
   const std::size_t name = table.column("point");
   const VectorColumns at(table, ""), known(table, "p");
@@ -140,12 +140,16 @@ std::vector<PlannedPoint> load_points(const std::filesystem::path& file) {
   return points;
 }
 
-FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm) {
-  const CsvTable table = CsvTable::read(file);
+FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm,
+                                  const TableReading* table_reading) {
   const std::vector<std::string> joints = joint_column_names("q", robot);
   std::vector<std::string> columns = joints;
   columns.insert(columns.end(), kPointColumns.begin(), kPointColumns.end());
   if (of_arm) columns.insert(columns.end(), kTurnColumns.begin(), kTurnColumns.end());
+  // Without joints the tracker read the points.
+  std::vector<std::vector<std::string>> needed{joints};
+  if (!of_arm) needed.push_back({"x", "y", "z"});
+  const CsvTable table = read_table(file, {columns, needed, &robot}, table_reading);
   table.expect_only(columns);
   const VectorColumns seen(table, ""), known(table, "p");
   const TurnColumns turned(table);

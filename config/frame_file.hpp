@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "config/table_reading.hpp"
 #include "core/frames/tool_frame.hpp"
 
 namespace truepose::config {
@@ -45,13 +46,16 @@ struct PlannedPoint {
 
 /// Reads points to measure (CSV: point; x,y,z and px,py,pz where they are given). Either all have coordinates
 /// of a kind, or none. Throws ConfigError.
-std::vector<PlannedPoint> load_points(const std::filesystem::path& file);
+std::vector<PlannedPoint> load_points(const std::filesystem::path& file,
+                                      const TableReading* reading = nullptr);
 
 /// Reads what was measured (CSV: q1..qN in deg or mm; x,y,z in mm where the tracker read the point; point:
 /// its name, "origin" without it; px,py,pz in mm where its coordinates in the frame are known; kTurnColumns
 /// of a tool's reading by a 6-D target). Throws ConfigError.
 /// @param of_arm  the points are on the arm, so that q1..qN are needed where the tracker read them too
-FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm);
+/// @param table_reading  of files that other programs wrote too; null: in this form only
+FrameReadings load_frame_readings(const std::filesystem::path& file, const RobotModel& robot, bool of_arm,
+                                  const TableReading* table_reading = nullptr);
 
 /// Writes readings as that reads them, every number with the digits that bring it back exactly. All are of
 /// one kind: seen by the tracker, or touched; and either all their points have coordinates, or none:

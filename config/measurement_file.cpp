@@ -291,10 +291,12 @@ void refuse_numbers_that_are_no_seconds(const CsvTable& table, const Measurement
 
 }  // namespace
 
-std::vector<JointVector> load_joints(const std::filesystem::path& file, const RobotModel& robot) {
-  const CsvTable table = CsvTable::read(file);
-  std::vector<std::string> known = joint_column_names("q", robot);
+std::vector<JointVector> load_joints(const std::filesystem::path& file, const RobotModel& robot,
+                                     const TableReading* reading) {
+  const std::vector<std::string> joint_names = joint_column_names("q", robot);
+  std::vector<std::string> known = joint_names;
   known.insert(known.end(), kReachColumns.begin(), kReachColumns.end());
+  const CsvTable table = read_table(file, {known, {joint_names}, &robot}, reading);
   table.expect_only(known);
   const JointColumns columns(table, robot);
   std::vector<JointVector> joints;
@@ -314,16 +316,19 @@ void write_joints(std::ostream& out, const std::vector<JointVector>& joints, con
   }
 }
 
-MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot) {
-  const CsvTable table = CsvTable::read(file);
+MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot,
+                                  const TableReading* reading) {
   std::vector<std::string> known = joint_column_names("q", robot);
-  known.insert(known.end(), {"x", "y", "z", "smr", "set", "sigma", "excess", "time", "pose"});
+  known.insert(known.end(), {"x", "y", "z"});
+  const std::vector<std::string> needed = known;
+  known.insert(known.end(), {"smr", "set", "sigma", "excess", "time", "pose"});
   for (const char* prefix : {"dir", "temp"}) {
     const std::vector<std::string> names = joint_column_names(prefix, robot);
     known.insert(known.end(), names.begin(), names.end());
   }
   known.insert(known.end(), kPayloadColumns.begin(), kPayloadColumns.end());
   known.insert(known.end(), kTurnColumns.begin(), kTurnColumns.end());
+  const CsvTable table = read_table(file, {known, {needed}, &robot}, reading);
   table.expect_only(known);
 
   const MeasurementColumns columns(table, robot);

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/table_reading.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/arm/robot_model.hpp"
 #include "core/data/measurement.hpp"
@@ -24,7 +25,8 @@ inline const std::vector<std::string> kReachColumns{"residual_mm", "residual_deg
 
 /// Reads joint positions (CSV, columns q1..qN in deg or mm; kReachColumns are passed over). Throws
 /// ConfigError naming file, row and column.
-std::vector<JointVector> load_joints(const std::filesystem::path& file, const RobotModel& robot);
+std::vector<JointVector> load_joints(const std::filesystem::path& file, const RobotModel& robot,
+                                     const TableReading* reading = nullptr);
 
 /// Writes joint positions in the format that load_joints reads.
 void write_joints(std::ostream& out, const std::vector<JointVector>& joints, const RobotModel& robot);
@@ -34,7 +36,10 @@ void write_joints(std::ostream& out, const std::vector<JointVector>& joints, con
 /// carried: payload_kg, payload_x, payload_y, payload_z, and how a 6-D target is turned: kTurnColumns). A row
 /// whose x, y and z are all 0 is refused, and so are times that measured_time() does not read, that are of
 /// several forms or that some rows lack. Throws ConfigError naming file, row and column.
-MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot);
+///
+/// @param reading  of files that other programs wrote too; null: in this form only
+MeasurementData load_measurements(const std::filesystem::path& file, const RobotModel& robot,
+                                  const TableReading* reading = nullptr);
 
 /// Writes the same format, every number with the digits that bring it back exactly; an orientation comes back
 /// to its last digits.

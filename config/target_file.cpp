@@ -26,6 +26,28 @@ std::vector<std::string> joint_columns(const CsvHeader& header, const RobotModel
   return joint_column_names("q", count);
 }
 
+/// What a file of targets may have.
+TableForm table_form(const TargetRules& rules) {
+  const std::vector<std::string> joints =
+      rules.arm ? joint_column_names("q", *rules.arm) : joint_column_names("q", kMaxJoints);
+  std::vector<std::string> pose{"x", "y", "z"};
+  if (rules.whole_poses_alone) pose.insert(pose.end(), {"a", "b", "c"});
+  TableForm form{.known = {}, .needed = {}, .robot = rules.arm};
+  if (rules.of_joints.value_or(true)) {
+    form.known = joints;
+    form.known.insert(form.known.end(), kReachColumns.begin(), kReachColumns.end());
+    form.needed.push_back(rules.arm ? joints : std::vector<std::string>{"q1"});
+  }
+  if (!rules.of_joints.value_or(false)) {
+    form.known.insert(form.known.end(), {"x", "y", "z", "a", "b", "c", "s", "t"});
+    form.needed.push_back(pose);
+  }
+  const std::vector<std::string> turns =
+      rules.table ? joint_column_names("e", *rules.table) : std::vector<std::string>{};
+  form.known.insert(form.known.end(), turns.begin(), turns.end());
+  return form;
+}
+
 std::optional<std::size_t> column_if_there(const CsvHeader& header, std::string_view name) {
   return header.has(name) ? std::optional{header.column(name)} : std::nullopt;
 }
@@ -33,7 +55,10 @@ std::optional<std::size_t> column_if_there(const CsvHeader& header, std::string_
 }  // namespace
 
 TargetReader::TargetReader(std::istream& in, const std::string& file, const TargetRules& rules)
-    : table_(rules.table), rows_(in, file), form_(form_of(rows_.header(), rules)) {
+    : table_(rules.table),
+      text_(in, file, table_form(rules), rules.reading),
+      rows_(text_.stream(), file, text_.first_line(), text_.taken()),
+      form_(form_of(rows_.header(), rules)) {
   const CsvHeader& header = rows_.header();
   std::vector<std::string> names{"x", "y", "z"}, known{"x", "y", "z", "a", "b", "c", "s", "t"};
   if (form_ == TargetForm::Joints) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/csv_reader.hpp"
+#include "config/table_reading.hpp"
 #include "core/arm/robot_model.hpp"
 
 namespace truepose::config {
@@ -23,10 +24,11 @@ struct TargetRow {
 
 /// What of a file is taken.
 struct TargetRules {
-  const RobotModel* arm = nullptr;    ///< that the joints are of; null: there are as many as the file has
-  std::optional<bool> of_joints{};    ///< none: joints where the file has q1, otherwise poses
-  bool whole_poses_alone = true;      ///< no position without orientation, and no status and turn
-  const RobotModel* table = nullptr;  ///< of the positioner that carries the targets; null: none does
+  const RobotModel* arm = nullptr;        ///< that the joints are of; null: there are as many as the file has
+  std::optional<bool> of_joints{};        ///< none: joints where the file has q1, otherwise poses
+  bool whole_poses_alone = true;          ///< no position without orientation, and no status and turn
+  const RobotModel* table = nullptr;      ///< of the positioner that carries the targets; null: none does
+  const TableReading* reading = nullptr;  ///< of files that other programs wrote too; null: in our form only
 };
 
 /// Targets from CSV, one at a time: q1..qN (kReachColumns are passed over), or x,y,z,a,b,c with KUKA's status
@@ -51,6 +53,7 @@ class TargetReader {
   JointVector table_joints() const;
 
   const RobotModel* table_;
+  OpenTable text_;
   CsvStream rows_;
   TargetForm form_;
   std::vector<std::size_t> columns_, table_columns_;

@@ -74,9 +74,10 @@ bool same(const TestPose& a, const TestPose& b) {
   return a.p_mm == b.p_mm && a.R.has_value() == b.R.has_value() && (!a.R || *a.R == *b.R);
 }
 
-CommandedPoses read_targets(const std::filesystem::path& file) {
-  const CsvTable table = CsvTable::read(file);
-  table.expect_only({"point", "smr", "x", "y", "z", "a", "b", "c"});
+CommandedPoses read_targets(const std::filesystem::path& file, const TableReading* reading) {
+  const std::vector<std::string> known{"point", "smr", "x", "y", "z", "a", "b", "c"};
+  const CsvTable table = read_table(file, {known, {{"point", "x", "y", "z"}}}, reading);
+  table.expect_only(known);
   const NameColumn point(table, "point");
   const OptionalColumn smr(table, "smr");
   const PoseColumns pose(table, "");
@@ -177,11 +178,13 @@ void leave_out_single_series(std::vector<TestPoint>& points) {
 }  // namespace
 
 std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
-                                        const std::filesystem::path& targets) {
-  const CsvTable table = CsvTable::read(data);
-  table.expect_only({"point", "cycle", "x", "y", "z", "a", "b", "c", "smr", "direction", "time", "cx", "cy",
-                     "cz", "ca", "cb", "cc"});
-  const CommandedPoses commanded = targets.empty() ? commanded_columns(table) : read_targets(targets);
+                                        const std::filesystem::path& targets, const TableReading* reading) {
+  const std::vector<std::string> known{"point",     "cycle", "x",  "y",  "z",  "a",  "b",  "c", "smr",
+                                       "direction", "time",  "cx", "cy", "cz", "ca", "cb", "cc"};
+  const CsvTable table = read_table(data, {known, {{"point", "cycle", "x", "y", "z"}}}, reading);
+  table.expect_only(known);
+  const CommandedPoses commanded =
+      targets.empty() ? commanded_columns(table) : read_targets(targets, reading);
   const std::size_t column = table.column("point");
   std::vector<TestPoint> points;
   for (const auto& [name, reflectors] : commanded) points.push_back({name, commanded_pose(reflectors), {}});

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "config/table_reading.hpp"
 #include "config/text_file.hpp"
 #include "core/quality/iso9283.hpp"
 
@@ -18,10 +19,12 @@ namespace truepose::config {
 /// mean of theirs, its orientation the turn that brings their commanded positions nearest to the measured
 /// ones.
 ///
+/// @param reading  of files that other programs wrote too; null: in this form only
 /// @return all commanded points in the order of their names, poses as measured: none where no cycle came to a
 /// point
 /// Throws ConfigError naming file, row and column.
 std::vector<TestPoint> load_test_cycles(const std::filesystem::path& data,
-                                        const std::filesystem::path& targets);
+                                        const std::filesystem::path& targets,
+                                        const TableReading* reading = nullptr);
 
 }  // namespace truepose::config

@@ -14,6 +14,7 @@
 #include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/table_options.hpp"
 #include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
@@ -21,6 +22,7 @@ namespace {
 
 struct FkCommand {
   ArmFiles arm;
+  TableOptions table;
   std::string joints_file;
   bool as_json = false;
 };
@@ -54,7 +56,8 @@ RobotModel calibrated(const RobotModel& nominal, const std::filesystem::path& fi
 int run_fk(const FkCommand& command) {
   const RobotModel nominal = config::load_robot(command.arm.robot);
   const RobotModel robot = command.arm.model.empty() ? nominal : calibrated(nominal, command.arm.model);
-  const auto joints = config::load_joints(command.joints_file, nominal);
+  const config::TableReading reading = reading_of(command.table);
+  const auto joints = config::load_joints(command.joints_file, nominal, &reading);
   if (!command.as_json) {
     std::puts("x,y,z,a,b,c");
     for (const JointVector& q : joints) print_pose(forward_kinematics(robot, q));
@@ -94,7 +97,8 @@ int run_export(const ExportCommand& command) {
     config::write_text_file(command.robodk_file, config::robodk_table_text(robot));
   if (!command.kuka_file.empty())
     config::write_text_file(command.kuka_file, config::kuka_corrections_csv(model.parameters, robot));
-  note_written({command.urdf_file, command.csv_file, command.dh_file, command.robodk_file, command.kuka_file});
+  note_written(
+      {command.urdf_file, command.csv_file, command.dh_file, command.robodk_file, command.kuka_file});
   return kDone;
 }
 
@@ -112,6 +116,7 @@ Command fk_command() {
                              {.file = FileUse::Read}),
                       Option("--joints", &c.joints_file, "Joint positions (CSV: q1..qN in deg or mm)",
                              {.required = true, .place = "JOINTS", .file = FileUse::Read}),
+                      columns_option(c.table), units_option(c.table),
                       Option("--json", &c.as_json, "One JSON document: 16 numbers a pose, row major, mm")},
           .run = [command] { return run_fk(*command); },
           .examples = {{"fk arm.yaml joints.csv", "Poses of the nominal arm"},

@@ -29,6 +29,7 @@
 #include "tools/truepose/offline/jobs_option.hpp"
 #include "tools/truepose/offline/mistake_text.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/table_options.hpp"
 #include "tools/truepose/offline/validation_runs.hpp"
 #include "tools/truepose/progress_line.hpp"
 #include "tools/truepose/text.hpp"
@@ -49,6 +50,7 @@ struct CalibrateCommand {
   std::string method = "two-stage", non_geometric = "none", residual = "none", loss = "outlier-rejection",
               prior = "auto", thermal = "auto";
   std::vector<int> harmonics;  ///< empty: the usual
+  TableOptions table;
   NoiseOptions noise;
   std::optional<double> tolerance_mm;
   bool is_local = false;
@@ -63,10 +65,12 @@ std::string data_names(const CalibrateCommand& command) {
 
 /// The points of all files, each from a station of its own.
 MeasurementData measurements(const CalibrateCommand& command, const RobotModel& robot) {
-  if (command.data_files.size() == 1) return config::load_measurements(command.data_files.front(), robot);
+  const config::TableReading reading = reading_of(command.table);
+  if (command.data_files.size() == 1)
+    return config::load_measurements(command.data_files.front(), robot, &reading);
   MeasurementData data;
   for (const std::string& file : command.data_files) {
-    MeasurementData station = config::load_measurements(file, robot);
+    MeasurementData station = config::load_measurements(file, robot, &reading);
     station.stations = {file};
     for (Measurement& point : station.points) point.pose = 0;  // unique in its own file only
     if (data.stations.empty()) {
@@ -89,10 +93,12 @@ void expect_times_alike(const MeasurementData& data, const MeasurementData& vali
 }
 
 /// Points of another file, all to validate. Reflectors are matched by name.
-void add_validation(MeasurementData& data, const std::string& file, const RobotModel& robot) {
+void add_validation(MeasurementData& data, const CalibrateCommand& command, const RobotModel& robot) {
+  const std::string& file = command.validate_file;
+  const config::TableReading reading = reading_of(command.table);
   // A point that was marked to validate is never used to identify, whatever else is given.
   std::erase_if(data.points, [](const Measurement& point) { return point.set == PoseSet::Validate; });
-  MeasurementData validation = config::load_measurements(file, robot);
+  MeasurementData validation = config::load_measurements(file, robot, &reading);
   if (!data.points.empty()) expect_times_alike(data, validation, file);
   std::vector<int> index_of;
   for (const std::string& name : validation.smr_names) {
@@ -279,7 +285,7 @@ int run_calibrate(const CalibrateCommand& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
   MeasurementData data = measurements(command, robot);
   check_data(command, data);
-  if (!command.validate_file.empty()) add_validation(data, command.validate_file, robot);
+  if (!command.validate_file.empty()) add_validation(data, command, robot);
   Outcome outcome = validated(command, robot, std::move(data));
   const CalibrationVerdict verdict = verdict_on(command, robot, outcome);
   outcome.document.verdict = verdict;
@@ -355,6 +361,8 @@ Command calibrate_command() {
                   {.shows_default = true, .check = available(names_of(kLossNames))}),
            Option("--prior", &c.prior, "Whether deviations from the data sheet are taken as small",
                   {.shows_default = true, .check = available(names_of(kPriorNames))}),
+           columns_option(c.table),
+           units_option(c.table),
            tracker_noise_option(c.noise),
            repeatability_option(c.noise),
            Option("--tolerance", &c.tolerance_mm, "Largest error that the verdict allows, mm",

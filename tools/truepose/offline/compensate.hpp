@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "config/table_reading.hpp"
 #include "core/compensate/target_compensation.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/frame_options.hpp"
@@ -23,7 +24,8 @@ struct CompensateOptions {
   std::string joints_file, poses_file;  ///< one of them; "-" = standard input
   std::filesystem::path positioner;     ///< on whose table the poses stand
   std::string report_file;
-  std::vector<double> near;  ///< deg (mm) per joint
+  config::TableReading reading;  ///< of them
+  std::vector<double> near;      ///< deg (mm) per joint
   bool position_only = false;
   std::string unit;  ///< "deg" or "rad" where it is said what turning joints are given in
   double max_orientation_residual_deg = 0.1;  ///< of orientation, beyond which a row is counted

@@ -4,6 +4,7 @@
 #include "core/math/angles.hpp"
 #include "tools/truepose/offline/compensate.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/table_options.hpp"
 #include "tools/truepose/progress_line.hpp"
 
 namespace truepose::tools {
@@ -14,6 +15,7 @@ namespace {
 
 struct CompensateCommand {
   CompensateOptions options;
+  TableOptions table;
   std::vector<double> temperature_c;
   double singularity_threshold_deg = CompensationOptions{}.singular_below * kDegPerRad;
   double singularity_limit_deg = CompensationOptions{}.singular_bound * kDegPerRad;
@@ -51,6 +53,7 @@ int run_compensate(const CompensateCommand& command) {
   options.bounds.singular_below = command.singularity_threshold_deg * kRadPerDeg;
   options.bounds.singular_bound = command.singularity_limit_deg * kRadPerDeg;
   options.bounds.largest_correction = command.max_correction_deg * kRadPerDeg;
+  options.reading = reading_of(command.table);
   const RobotModel nominal = config::load_robot(options.arm.robot);
   config::ModelFile kept = loaded_model(command, nominal);
   if (!command.temperature_c.empty()) check_temperatures(command, kept);
@@ -136,6 +139,8 @@ Command compensate_command() {
                "Joint positions (deg, mm) that the first pose is to be near to; otherwise the middle of the "
                "joints' ranges",
                {.type = "Q1,..", .needs = {"--poses"}}),
+           columns_option(c.table),
+           units_option(c.table),
            Option("--position-only", &o.position_only,
                   "Only the position counts: the smallest change of the joints that reaches it",
                   {.excludes = {"--program", "--archive"}}),

@@ -465,7 +465,8 @@ int run_compensate_targets(const CompensateOptions& options, const RobotModel& n
                       {.arm = &nominal,
                        .of_joints = of_joints,
                        .whole_poses_alone = false,
-                       .table = table ? &table->robot() : nullptr});
+                       .table = table ? &table->robot() : nullptr,
+                       .reading = &options.reading});
   Targets targets(options, nominal, model, table, reader.form(), reader.has_status());
   Output output(options, nominal, targets, file);
   UnitWatch units(nominal, reader.form(), options, file);

@@ -14,6 +14,7 @@
 #include "proto/record/drift_document.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/table_options.hpp"
 #include "tools/truepose/online/online_commands.hpp"
 #include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/written_files.hpp"
@@ -28,13 +29,16 @@ struct DriftCommand {
   ArmFiles arm;
   std::string data_file, out_file;
   bool update = false, activate = false;
+  TableOptions table;
   NoiseOptions noise;
   OnlineOptions online;
 };
 
 /// Points of the reflectors that the model knows, by name.
-std::vector<Measurement> load_points(const std::string& file, const CalibratedCell& cell) {
-  MeasurementData data = config::load_measurements(file, cell.robot);
+std::vector<Measurement> load_points(const DriftCommand& command, const CalibratedCell& cell) {
+  const std::string& file = command.data_file;
+  const config::TableReading reading = reading_of(command.table);
+  MeasurementData data = config::load_measurements(file, cell.robot, &reading);
   for (Measurement& point : data.points) {
     const std::string& name = data.smr_names[static_cast<std::size_t>(point.smr)];
     const auto found = std::ranges::find(cell.reflectors, name, &Reflector::name);
@@ -49,7 +53,7 @@ std::vector<Measurement> load_points(const std::string& file, const CalibratedCe
 
 int run_drift(const DriftCommand& command) {
   const config::ModelFile kept = load_model_of(config::load_robot(command.arm.robot), command.arm.model);
-  const std::vector<Measurement> points = load_points(command.data_file, kept.cell);
+  const std::vector<Measurement> points = load_points(command, kept.cell);
   const config::ModelFile model = as_warm(kept, mean_temperatures_c(points), command.arm.model);
   const bool says_payload =
       std::ranges::all_of(points, [](const Measurement& point) { return point.payload.has_value(); });
@@ -102,7 +106,8 @@ Command drift_command() {
                "New points in the same set-up (CSV, as for calibrate, sigma not regarded): about five, spread, all "
                "joints moved; without it the daemon measures them and checks its active model",
                {.place = "DATA", .needs = {"--robot", "--model"}, .file = FileUse::Read}),
-           tracker_noise_option(c.noise), repeatability_option(c.noise),
+           columns_option(c.table), units_option(c.table), tracker_noise_option(c.noise),
+           repeatability_option(c.noise),
            Option(
                "--update", &c.update,
                "Bring base, reflectors and joint zeros up to date by the points; ends with 0 where a model that "

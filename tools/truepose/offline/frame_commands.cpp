@@ -13,6 +13,7 @@
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/frame_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/table_options.hpp"
 #include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
@@ -24,6 +25,7 @@ using record::FrameDocument;
 struct FrameCommand {
   ArmFiles arm;
   std::string data_file, out_file;
+  TableOptions table;
   NoiseOptions noise;
   int number = 1;
   std::vector<double> orientation;  ///< a,b,c
@@ -49,12 +51,18 @@ struct FrameInput {
       : nominal{config::load_robot(command.arm.robot)},
         model{load_model_of(nominal, command.arm.model)},
         by{measuring_cell_of(model, command.arm.model, noise_of(command.noise))},
-        data{config::load_frame_readings(command.data_file, nominal, of_arm)} {}
+        data{read(command, nominal, of_arm)} {}
 
   RobotModel nominal;
   config::ModelFile model;
   MeasuringCell by;
   FrameReadings data;
+
+ private:
+  static FrameReadings read(const FrameCommand& command, const RobotModel& nominal, bool of_arm) {
+    const config::TableReading reading = reading_of(command.table);
+    return config::load_frame_readings(command.data_file, nominal, of_arm, &reading);
+  }
 };
 
 /// @return the frame's document, if it was found
@@ -118,6 +126,8 @@ std::vector<Option> common_options(FrameCommand& c, const char* data_help, const
              {.required = true, .place = "MODEL", .file = FileUse::Read}),
       Option("--data", &c.data_file, data_help, {.required = true, .place = "DATA", .file = FileUse::Read}),
       Option("--number", &c.number, number_help, {.shows_default = true, .check = in_range(1, 1000)}),
+      columns_option(c.table),
+      units_option(c.table),
       tracker_noise_option(c.noise),
       repeatability_option(c.noise),
       Option("--out", &c.out_file, "Write it here (YAML), for the other commands and the daemon",

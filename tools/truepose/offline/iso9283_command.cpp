@@ -20,6 +20,7 @@
 #include "proto/record/iso9283_document.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/table_options.hpp"
 #include "tools/truepose/text.hpp"
 #include "tools/truepose/written_files.hpp"
 
@@ -30,6 +31,7 @@ using config::ConfigError;
 
 struct Iso9283Command {
   std::string data_file, targets_file, model_file, report_file, plane = "C1-C2-C7-C8";
+  TableOptions table;
   std::vector<double> cube;
   bool fit_frame = false, as_json = false;
 };
@@ -174,7 +176,9 @@ int run_iso9283(const Iso9283Command& command) {
   if (command.data_file.empty()) throw bad_usage("--data or --cube is required");
   const record::Iso9283Frame frame = frame_of(command);
   const IntoCommandedFrame into_base = bringing_into_base(command, frame);
-  const std::vector<TestPoint> measured = config::load_test_cycles(command.data_file, command.targets_file);
+  const config::TableReading reading = reading_of(command.table);
+  const std::vector<TestPoint> measured =
+      config::load_test_cycles(command.data_file, command.targets_file, &reading);
   if (const auto why = not_as_commanded(measured_points(measured), into_base))
     throw ConfigError(command.data_file + ": " + *why);
   const std::vector<TestPoint> points = *into_base(measured);
@@ -224,6 +228,7 @@ Command iso9283_command() {
                {.type = "X,Y,Z,EDGE", .count = 4, .excludes = {"--data"}}),
            Option("--plane", &c.plane, "Diagonal plane of the cube",
                   {.check = available(names_of(kPlaneNames)), .needs = {"--cube"}}),
+           columns_option(c.table), units_option(c.table),
            Option("--report", &c.report_file, "Write a report here (HTML, one file)",
                   {.needs = {"--data"}, .file = FileUse::Written}),
            Option("--json", &c.as_json, "One JSON document", {.needs = {"--data"}})},

@@ -15,6 +15,7 @@
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/frame_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/table_options.hpp"
 #include "tools/truepose/text.hpp"
 #include "tools/truepose/written_files.hpp"
 
@@ -27,6 +28,7 @@ using record::PositionerDocument;
 struct PositionerCommand {
   ArmFiles arm, table;
   std::string data_file, out_file;
+  TableOptions reading;
   std::vector<double> root;  ///< x,y,z,a,b,c
   int number = 2, base_number = 1;
   bool as_json = false;
@@ -80,7 +82,8 @@ void print_document(const PositionerDocument& document, const PositionerCommand&
 }
 
 FrameReadings workpiece_readings(const PositionerCommand& command, const RobotModel& table) {
-  FrameReadings data = config::load_frame_readings(command.data_file, table, true);
+  const config::TableReading reading = reading_of(command.reading);
+  FrameReadings data = config::load_frame_readings(command.data_file, table, true, &reading);
   if (!data.readings[0].p_WS_mm)
     throw ConfigError(command.data_file + ": has no columns x,y,z: the workpiece is measured by the tracker");
   return data;
@@ -159,6 +162,7 @@ Command positioner_command() {
                "Readings of the workpiece (CSV: q1[,q2] of the positioner in deg or mm; x,y,z in mm of a reflector "
                "on it; point: origin, x and xy, or any names with px,py,pz: coordinates in the workpiece)",
                {.file = FileUse::Read}),
+           columns_option(c.reading), units_option(c.reading),
            Option("--number", &c.number, "Number in MACHINE_DEF",
                   {.shows_default = true, .check = in_range(1, 16)}),
            Option("--base-number", &c.base_number, "Number in BASE_DATA of the workpiece",

@@ -11,6 +11,7 @@
 #include "core/math/parallel.hpp"
 #include "tools/truepose/offline/mistake_text.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
+#include "tools/truepose/offline/table_options.hpp"
 #include "tools/truepose/progress_line.hpp"
 
 namespace truepose::tools {
@@ -18,6 +19,7 @@ namespace {
 
 struct RobotFix {
   std::string robot_file, data_file, out_file, out_data_file;
+  TableOptions table;
 };
 
 bool is_in(MistakenFile file, const ProbableCause& cause) {
@@ -49,7 +51,8 @@ std::vector<config::TextFile> fixed_files(const RobotFix& command, const Probabl
 
 int run_fix(const RobotFix& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
-  const MeasurementData data = config::load_measurements(command.data_file, robot);
+  const config::TableReading reading = reading_of(command.table);
+  const MeasurementData data = config::load_measurements(command.data_file, robot, &reading);
   const auto cause = [&] {
     const ProgressLine line{"diagnosis"};
     return diagnose_files(robot, data, processor_count());
@@ -87,7 +90,8 @@ Command robot_fix_command() {
                              {.file = FileUse::Written}),
                       Option("--out-data", &c.out_data_file,
                              "The corrected measurements, where the mistake is in them",
-                             {.file = FileUse::Written})},
+                             {.file = FileUse::Written}),
+                      columns_option(c.table), units_option(c.table)},
           .run = [command] { return run_fix(*command); },
           .examples = {{"robot fix arm.yaml points.csv -o fixed.yaml",
                         "Write the robot file that agrees with the measurements"}}};

@@ -176,7 +176,8 @@ int follow(RpcClient& client, const OnlineOptions& online, const std::string& id
 
 void add_targets(const std::filesystem::path& file, rpc::CampaignStart& request) {
   std::istringstream in{config::read_text_file(file, config::CsvTable::kMostBytes)};
-  config::TargetReader reader{in, file.string(), {}};
+  const config::TableReading reading{.report = print_to_stderr};
+  config::TargetReader reader{in, file.string(), {.reading = &reading}};
   while (auto row = reader.next()) {
     if (reader.form() == config::TargetForm::Joints)
       request.joints.push_back(std::move(row->numbers));
@@ -186,7 +187,8 @@ void add_targets(const std::filesystem::path& file, rpc::CampaignStart& request)
 }
 
 void add_points(const std::filesystem::path& file, rpc::CampaignStart& request) {
-  for (const config::PlannedPoint& point : config::load_points(file)) {
+  const config::TableReading reading{.report = print_to_stderr};
+  for (const config::PlannedPoint& point : config::load_points(file, &reading)) {
     request.points.push_back(point.name);
     if (point.at_mm) request.at.push_back(*point.at_mm);
     if (point.known_mm) request.nominal.push_back(*point.known_mm);
