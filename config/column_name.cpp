@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <initializer_list>
 #include <span>
 #include <utility>
 
 namespace truepose::config {
 namespace {
-
-using Words = std::initializer_list<std::string_view>;
 
 bool is_decimal_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -126,18 +123,22 @@ std::pair<std::string_view, std::string> unit_at_end(std::string_view header) {
 }  // namespace
 
 std::string unit_word(std::string_view word) {
-  static const std::array<std::pair<std::string_view, Words>, 6> kUnits{
-      {{"deg", {"deg", "degree", "degrees", "grad", "\xC2\xB0", "\xC2\xBA", "deg."}},
-       {"rad", {"rad", "radian", "radians"}},
-       {"mm", {"mm", "millimeter", "millimeters", "millimetre", "millimetres"}},
-       {"cm", {"cm", "centimeter", "centimeters", "centimetre", "centimetres"}},
-       {"m", {"m", "meter", "meters", "metre", "metres"}},
-       {"inch", {"in", "inch", "inches", "zoll", "\""}}}};
+  using Word = std::pair<std::string_view, std::string_view>;
+  constexpr std::array kUnits{Word{"deg", "deg"},        Word{"degree", "deg"},     Word{"degrees", "deg"},
+                              Word{"grad", "deg"},       Word{"\xC2\xB0", "deg"},   Word{"\xC2\xBA", "deg"},
+                              Word{"deg.", "deg"},       Word{"rad", "rad"},        Word{"radian", "rad"},
+                              Word{"radians", "rad"},    Word{"mm", "mm"},          Word{"millimeter", "mm"},
+                              Word{"millimeters", "mm"}, Word{"millimetre", "mm"},  Word{"millimetres", "mm"},
+                              Word{"cm", "cm"},          Word{"centimeter", "cm"},  Word{"centimeters", "cm"},
+                              Word{"centimetre", "cm"},  Word{"centimetres", "cm"}, Word{"m", "m"},
+                              Word{"meter", "m"},        Word{"meters", "m"},       Word{"metre", "m"},
+                              Word{"metres", "m"},       Word{"in", "inch"},        Word{"inch", "inch"},
+                              Word{"inches", "inch"},    Word{"zoll", "inch"},      Word{"\"", "inch"}};
   std::string plain = lower(trimmed_name(word));
   if (plain.size() > 2 && std::string_view{"[("}.contains(plain.front()))
     plain = plain.substr(1, plain.size() - 2);
-  for (const auto& [unit, words] : kUnits)
-    if (std::ranges::find(words, plain) != words.end()) return std::string{unit};
+  for (const auto& [unit_name, unit] : kUnits)
+    if (plain == unit_name) return std::string{unit};
   return {};
 }
 

@@ -58,6 +58,7 @@ class CsvHeader {
   CsvHeader(const std::optional<CsvRow>& row, std::string file);
 
   std::size_t size() const { return names_.size(); }
+  const std::vector<std::string>& names() const { return names_; }
   bool has(std::string_view column) const;
   std::size_t column(std::string_view name) const;
   void expect_only(const std::vector<std::string>& known) const;
@@ -96,7 +97,11 @@ class CsvTable {
   /// Index of a column that must be there.
   std::size_t column(std::string_view name) const { return header_.column(name); }
 
+  const std::vector<std::string>& columns() const { return header_.names(); }
+
   std::size_t row_count() const { return lines_.size(); }
+  /// Where a row begins in the file.
+  int line(std::size_t row) const { return lines_[row]; }
   /// Valid as long as the table.
   std::string_view text(std::size_t row, std::size_t column) const;
   /// A finite number that must be there.

@@ -115,15 +115,6 @@ void add_angles(ForeignTable& table, const std::vector<Eigen::Matrix3d>& R) {
   }
 }
 
-/// A number without the unit behind it, and that unit.
-std::pair<std::string, std::string> without_unit(const std::string& field) {
-  const auto last = field.find_last_of("0123456789.,");
-  if (last == std::string::npos || last + 1 == field.size()) return {field, {}};
-  std::string unit = unit_word(std::string_view{field}.substr(last + 1));
-  if (unit.empty()) return {field, {}};
-  return {field.substr(0, last + 1), std::move(unit)};
-}
-
 /// Takes the units from the numbers of a column.
 void take_units(ForeignTable& table, std::size_t column) {
   ColumnName& meaning = table.columns[column];

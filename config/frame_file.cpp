@@ -11,6 +11,7 @@
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
 #include "config/sealed_text.hpp"
+#include "config/table_reading.hpp"
 #include "config/text_file.hpp"
 #include "config/turn_columns.hpp"
 #include "core/arm/joint_units.hpp"

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "config/table_reading.hpp"
 #include "core/frames/tool_frame.hpp"
 
 namespace truepose::config {
 
 struct ModelFile;
+struct TableReading;
 
 /// A tool as it was measured. It keeps the readings, since what they say depends on the model: for another
 /// one it is reckoned again.

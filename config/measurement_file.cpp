@@ -7,6 +7,7 @@
 
 #include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
+#include "config/table_reading.hpp"
 #include "config/turn_columns.hpp"
 #include "core/calibrate/option_names.hpp"
 #include "core/data/measured_time.hpp"

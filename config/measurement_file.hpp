@@ -6,12 +6,13 @@
 #include <string_view>
 #include <vector>
 
-#include "config/table_reading.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/arm/robot_model.hpp"
 #include "core/data/measurement.hpp"
 
 namespace truepose::config {
+
+struct TableReading;
 
 /// A joint position as a file writes it. It reads back as exactly `q` where `q` came from such a text.
 std::string joint_field(double q, const Joint& joint);

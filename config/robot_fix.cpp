@@ -9,6 +9,7 @@
 #include "config/robot_file.hpp"
 #include "config/robot_library.hpp"
 #include "config/robot_text.hpp"
+#include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose::config {
@@ -78,7 +79,9 @@ std::vector<std::pair<std::string, double>> numbers_of(const Joint& joint) {
           {"d", joint.d_mm},
           {"theta", joint.theta_rad * kDegPerRad},
           {"beta", joint.beta_rad * kDegPerRad},
-          {"sign", joint.sign}};
+          {"sign", joint.sign},
+          {"min", joint.min / unit_of(joint)},
+          {"max", joint.max / unit_of(joint)}};
 }
 
 std::vector<std::pair<std::string, double>> numbers_of(const Eigen::Isometry3d& X) {

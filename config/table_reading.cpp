@@ -6,8 +6,11 @@
 #include <string_view>
 #include <utility>
 
+#include "config/csv_reader.hpp"
 #include "config/foreign_table.hpp"
 #include "config/number_text.hpp"
+#include "config/table_header.hpp"
+#include "config/table_join.hpp"
 #include "config/table_records.hpp"
 #include "config/text_encoding.hpp"
 #include "core/data/other_units.hpp"
@@ -15,124 +18,6 @@
 
 namespace truepose::config {
 namespace {
-
-constexpr std::size_t kMostBeforeHeader = 60;  // rows of titles
-
-bool is_known(const TableForm& form, std::string_view name) {
-  return std::ranges::find(form.known, name) != form.known.end();
-}
-
-bool is_empty(const CsvRow& row) {
-  return std::ranges::all_of(row.fields, [](const std::string& field) { return field.empty(); });
-}
-
-// ---- The header ----
-
-/// What a column is by the user's choice, or by its name.
-ColumnName meaning_of(const std::string& header, std::size_t place, const TableReading& reading) {
-  ColumnName meaning = column_name(header);
-  for (const ColumnChoice& choice : reading.columns) {
-    if (choice.header == header || choice.header == std::to_string(place + 1)) {
-      meaning.name = choice.name;
-      return meaning;
-    }
-    if (choice.name == meaning.name) meaning.name.clear();
-  }
-  return meaning;
-}
-
-std::vector<ColumnName> meanings_of(const std::vector<std::string>& headers, const TableReading& reading) {
-  std::vector<ColumnName> meanings;
-  for (std::size_t k = 0; k < headers.size(); ++k) meanings.push_back(meaning_of(headers[k], k, reading));
-  return meanings;
-}
-
-/// How many of its fields name a column of the form.
-std::size_t names_in(const CsvRow& row, const TableForm& form, const TableReading& reading) {
-  return static_cast<std::size_t>(std::ranges::count_if(row.fields, [&](const std::string& field) {
-    const auto chosen = [&](const ColumnChoice& choice) { return choice.header == field; };
-    const std::string name = column_name(field).name;
-    return is_known(form, name) || name == "q0" || std::ranges::any_of(reading.columns, chosen);
-  }));
-}
-
-bool is_of_numbers(const CsvRow& row) {
-  return !is_empty(row) && std::ranges::all_of(row.fields, [](const auto& field) {
-    return field.empty() || number_marks(field);
-  });
-}
-
-/// A comment that names the columns, as numpy writes it.
-CsvRow uncommented(const CsvRow& row, const std::string& file) {
-  CsvRow plain = row;
-  std::string& first = plain.fields.front();
-  first.erase(0, std::min(first.find_first_not_of("#%/ \t"), first.size()));
-  if (first.empty() && plain.fields.size() > 1) plain.fields.erase(plain.fields.begin());
-  if (plain.fields.size() > 1) return plain;
-  auto records = table_records(plain.fields.front(), file).rows;
-  if (!records.empty()) plain.fields = std::move(records.front().fields);
-  return plain;
-}
-
-/// A header, and how many records there are up to and with it.
-struct HeaderPlace {
-  CsvRow row;
-  std::size_t end = 0;
-};
-
-HeaderPlace header_in(const std::vector<CsvRow>& records, const std::string& file, const TableForm& form,
-                      const TableReading& reading) {
-  HeaderPlace best;
-  std::size_t most = 0;
-  for (std::size_t k = 0; k < std::min(records.size(), kMostBeforeHeader); ++k) {
-    if (is_of_numbers(records[k])) break;
-    const CsvRow row = is_comment(records[k]) ? uncommented(records[k], file) : records[k];
-    const std::size_t names = names_in(row, form, reading);
-    if (names <= most) continue;
-    most = names;
-    best = {row, k + 1};
-  }
-  return best;
-}
-
-/// The numbers of the columns in place of names, where the user has chosen by them.
-HeaderPlace header_of_numbers(const std::vector<CsvRow>& records, const TableReading& reading) {
-  const auto first = std::ranges::find_if(records, is_of_numbers);
-  if (first == records.end() || reading.columns.empty()) return {};
-  CsvRow row{.fields = {}, .line = first->line - 1};
-  for (std::size_t k = 0; k < first->fields.size(); ++k) row.fields.push_back(std::to_string(k + 1));
-  return {row, static_cast<std::size_t>(first - records.begin())};
-}
-
-std::string list_of(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 12;
-  std::string list;
-  for (std::size_t k = 0; k < std::min(names.size(), kMost); ++k)
-    list += (k > 0 ? ", " : "") + (names[k].empty() ? "(no name)" : in_quotes(names[k]));
-  return list + (names.size() > kMost ? ", ..." : "");
-}
-
-/// "q1=NAME,q2=NAME,.."
-std::string choice_of(const std::vector<std::string>& names, bool by_number) {
-  constexpr std::size_t kMost = 3;
-  std::string choice;
-  for (std::size_t k = 0; k < std::min(names.size(), kMost); ++k)
-    choice += names[k] + "=" + (by_number ? std::to_string(k + 1) : "NAME") + ",";
-  if (names.size() > kMost) return choice + "..";
-  choice.pop_back();
-  return choice;
-}
-
-[[noreturn]] void refuse_header(const std::vector<CsvRow>& records, const std::string& file,
-                                const TableForm& form) {
-  const std::vector<std::string>& needed = form.needed.front();
-  if (is_of_numbers(records.front()))
-    throw ConfigError(file + ": has no header: its first row (line " + std::to_string(records.front().line) +
-                      ") is of numbers. Say what its " + std::to_string(records.front().fields.size()) +
-                      " columns are: --columns " + choice_of(needed, true) + ", or write a header row");
-  throw ConfigError(file + ": no column is known, found " + list_of(records.front().fields) +
-                    ". Say which is which: --columns " + choice_of(needed, false));
-}
 
 // ---- The rows ----
 
@@ -230,7 +115,7 @@ void refuse_two_of_a_name(const ForeignTable& table, const TableForm& form) {
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     const std::string& name = table.columns[k].name;
     const std::size_t first = table.find(name);
-    if (!is_known(form, name) || first == k) continue;
+    if (!form.knows(name) || first == k) continue;
     table.fail("columns " + in_quotes(table.headers[first]) + " and " + in_quotes(table.headers[k]) +
                " may both be " + name + ". Say which: --columns " + name + "=" +
                (table.headers[first] == table.headers[k] ? std::to_string(first + 1)
@@ -251,6 +136,13 @@ void expect_at_rest(const ForeignTable& table, std::size_t column) {
                    in_quotes(table.rows[row].fields[column]) +
                    "), and the arm has no such axis: give the rows in which it stands still");
   }
+}
+
+/// Columns by which rows are joined, where they are nothing else.
+void name_keys(ForeignTable& table, const TableForm& form) {
+  for (std::size_t k = 0; k < table.headers.size(); ++k)
+    if (!form.knows(table.columns[k].name) && is_key_name(table.headers[k]))
+      table.columns[k] = {kKeyPrefix + table.headers[k], {}};
 }
 
 bool is_axis_of_no_arm(const std::string& name) {
@@ -318,8 +210,7 @@ void expect_needed(const ForeignTable& table, const TableForm& form) {
     if (table.find(name) == table.columns.size()) missing.push_back(name);
   std::vector<std::string> unused;
   for (std::size_t k = 0; k < table.headers.size(); ++k)
-    if (!is_known(form, table.columns[k].name) && !table.headers[k].empty())
-      unused.push_back(table.headers[k]);
+    if (!form.knows(table.columns[k].name) && !table.headers[k].empty()) unused.push_back(table.headers[k]);
   const std::string found = unused.empty() ? "." : ", found " + list_of(unused) + ".";
   table.fail("missing column " + in_quotes(missing.front()) + found + " Say which it is: --columns " +
              choice_of(missing, false));
@@ -344,11 +235,11 @@ std::string renamed_columns(const ForeignTable& table, const TableForm& form) {
   std::string text;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     const std::string& name = table.columns[k].name;
-    if (!is_known(form, name) || name == table.headers[k]) continue;
+    if (!form.knows(name) || name == table.headers[k]) continue;
     std::size_t last = k;
     const auto is_joint = [&](std::size_t at) {
       return at < table.columns.size() && is_axis_of_no_arm(table.columns[at].name) &&
-             is_known(form, table.columns[at].name);
+             form.knows(table.columns[at].name);
     };
     while (is_joint(k) && is_joint(last + 1)) ++last;
     text += (text.empty() ? "" : ", ") + name;
@@ -375,7 +266,7 @@ OwnForm written(const ForeignTable& table, int header_line, const TableForm& for
   std::string header;
   bool converted = false;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
-    if (!is_known(form, table.columns[k].name)) continue;
+    if (!form.knows(table.columns[k].name)) continue;
     kept.push_back(k);
     factors.push_back(factor_of(table, k, form, reading));
     converted |= factors.back() != 1;
@@ -405,25 +296,6 @@ OwnForm written(const ForeignTable& table, int header_line, const TableForm& for
   return own;
 }
 
-/// Whether a header has our names alone, so that what is wrong with the file is a fault of our own form.
-bool has_faulty_own_names(const std::vector<std::string>& headers, const TableForm& form) {
-  const auto is_own = [&](const std::string& header) { return is_known(form, header); };
-  const auto means_another = [&](const std::string& header) {
-    const std::string name = column_name(header).name;
-    return is_known(form, name) && name != header;
-  };
-  if (std::ranges::any_of(headers, means_another)) return false;
-  for (auto name = headers.begin(); name != headers.end(); ++name) {
-    if (!name->empty() && std::find(headers.begin(), name, *name) != name) return true;
-    if (name->empty() || is_own(*name)) continue;
-    if (is_own_column_name(*name) || !suggestion(*name, form.known).empty()) return true;
-  }
-  return std::ranges::none_of(form.needed, [&](const auto& names) {
-    return std::ranges::all_of(
-        names, [&](const auto& name) { return std::ranges::find(headers, name) != headers.end(); });
-  });
-}
-
 /// Whether a text is in our form, as far as its header, its first row and the beginnings of its lines say.
 bool is_own_form(std::string_view text, const std::string& file, const TableForm& form) try {
   for (std::size_t at = 0; at < text.size(); at = std::min(text.find('\n', at), text.size() - 1) + 1)
@@ -433,12 +305,17 @@ bool is_own_form(std::string_view text, const std::string& file, const TableForm
   if (!header || !first || first->fields.size() != header->fields.size()) return false;
   for (std::size_t k = 0; k < header->fields.size(); ++k) {
     const std::string &name = header->fields[k], &field = first->fields[k];
-    if (!is_known(form, name)) return false;
+    if (!form.knows(name)) return false;
     if (!holds_words(name) && !field.empty() && !parse_number(field)) return false;
   }
   return true;
 } catch (const ConfigError&) {
   return false;
+}
+
+bool has_krl_cells(const std::vector<CsvRow>& records) {
+  return std::ranges::any_of(records.back().fields,
+                             [](const std::string& field) { return field.starts_with('{'); });
 }
 
 ForeignTable table_of(std::vector<CsvRow> records, const HeaderPlace& header, const std::string& file,
@@ -453,6 +330,10 @@ ForeignTable table_of(std::vector<CsvRow> records, const HeaderPlace& header, co
 }
 
 }  // namespace
+
+bool TableForm::knows(std::string_view name) const {
+  return std::ranges::find(known, name) != known.end() || (keeps_keys && name.starts_with(kKeyPrefix));
+}
 
 OwnForm own_form(std::string bytes, const std::string& file, const TableForm& form,
                  const TableReading& reading) {
@@ -470,7 +351,8 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   const CsvRow& names = has_header ? header.row : records.rows.front();
   const bool has_own_names =
       has_header ? header.end == 1 : std::ranges::any_of(names.fields, is_own_column_name);
-  if (is_plain_read && records.separator.empty() && has_own_names && has_faulty_own_names(names.fields, form))
+  if (is_plain_read && !form.keeps_keys && records.separator.empty() && has_own_names &&
+      !has_krl_cells(records.rows) && has_faulty_own_names(names.fields, form))
     return {std::string{unmarked}, 1, {}};
   if (!has_header) refuse_header(records.rows, file, form);
 
@@ -483,20 +365,21 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   table.columns = meanings_of(table.headers, reading);
   drop_trailing_fields(table);
   table.columns.resize(table.headers.size());
+  if (form.keeps_keys) name_keys(table, form);
   notes.add_if(take_units_row(table), "units below the header");
   expect_widths(table);
   expand_krl_columns(table);
   notes.add_if(count_joints_from_one(table.columns), "joints counted from 0");
   refuse_two_of_a_name(table, form);
   notes.add_if(normalise_numbers(table), "decimal commas");
-  if (is_known(form, "a")) {
+  if (form.knows("a")) {
     const std::string how = convert_orientations(table, reading.units ? reading.units->angle : "");
     notes.add_if(!how.empty(), how);
   }
   expect_needed(table, form);
   std::vector<std::string> left_out;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
-    if (is_known(form, table.columns[k].name)) continue;
+    if (form.knows(table.columns[k].name)) continue;
     if (is_axis_of_no_arm(table.columns[k].name)) expect_at_rest(table, k);
     left_out.push_back(table.headers[k]);
   }
@@ -504,67 +387,6 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   notes.add_if(!renamed.empty(), renamed);
   notes.add_if(!left_out.empty(), "left out: " + list_of(left_out));
   return written(table, header.row.line, form, reading, notes);
-}
-
-namespace {
-
-/// So many bytes of a stream, or all that there are.
-std::string bytes_of(std::istream& in, std::size_t most) {
-  std::string bytes(most, '\0');
-  in.read(bytes.data(), static_cast<std::streamsize>(most));
-  bytes.resize(static_cast<std::size_t>(in.gcount()));
-  return bytes;
-}
-
-bool has_own_header(const std::string& line, const std::string& file, const TableForm& form) try {
-  const auto header = CsvScanner{line, file}.next();
-  return header &&
-         std::ranges::all_of(header->fields, [&](const auto& name) { return is_known(form, name); });
-} catch (const ConfigError&) {
-  return false;
-}
-
-void report(const OwnForm& own, const std::string& file, const TableReading& reading) {
-  if (!own.note.empty() && reading.report) reading.report(file + ": read as: " + own.note);
-}
-
-}  // namespace
-
-OpenTable::OpenTable(std::istream& in, const std::string& file, const TableForm& form,
-                     const TableReading* reading)
-    : in_(in) {
-  if (!reading) return;
-  std::getline(in, taken_);
-  if (in) taken_ += '\n';
-  if (taken_.starts_with("\xEF\xBB\xBF")) taken_.erase(0, 3);
-  const bool is_pipe = in.tellg() < 0;
-  in.clear(in.rdstate() & ~std::ios::failbit);
-  if (is_pipe && has_own_header(taken_, file, form) && reading->columns.empty() && !reading->units) return;
-  std::string bytes = std::exchange(taken_, {}) + bytes_of(in, CsvTable::kMostBytes);
-  if (in && !is_pipe) {  // too much to look at
-    in.seekg(0);
-    return;
-  }
-  if (in)
-    throw ConfigError(file + ": has more than " + std::to_string(CsvTable::kMostBytes >> 20U) +
-                      " MiB, the most that is read of a file that is not in truepose's own form");
-  translate(std::move(bytes), file, form, *reading);
-}
-
-void OpenTable::translate(std::string bytes, const std::string& file, const TableForm& form,
-                          const TableReading& reading) {
-  OwnForm own = own_form(std::move(bytes), file, form, reading);
-  report(own, file, reading);
-  is_own_ = false;
-  first_line_ = own.first_line;
-  translated_.str(std::move(own.text));
-}
-
-CsvTable read_table(const std::filesystem::path& file, const TableForm& form, const TableReading* reading) {
-  if (!reading) return CsvTable::read(file);
-  const OwnForm own = own_form(read_bytes(file, CsvTable::kMostBytes), file.string(), form, *reading);
-  report(own, file.string(), *reading);
-  return CsvTable::parse(own.text, file.string(), own.first_line);
 }
 
 }  // namespace truepose::config

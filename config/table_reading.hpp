@@ -6,12 +6,14 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "config/csv_reader.hpp"
 #include "core/arm/robot_model.hpp"
 
 namespace truepose::config {
+
+class CsvTable;
 
 /// What a kind of table has in truepose's own form.
 struct TableForm {
@@ -19,6 +21,9 @@ struct TableForm {
   std::vector<std::vector<std::string>>
       needed;                         ///< names without which it is none; one of the lists suffices
   const RobotModel* robot = nullptr;  ///< that the joints are of; null: all of them turn
+  bool keeps_keys = false;            ///< other columns by which rows are joined stay, with kKeyPrefix
+
+  bool knows(std::string_view name) const;
 };
 
 /// That a column of a file has one of our names: q1 for "A1 act". A number stands for the column at that
@@ -57,7 +62,7 @@ struct OwnForm {
 OwnForm own_form(std::string bytes, const std::string& file, const TableForm& form,
                  const TableReading& reading);
 
-/// Reads a file in either form, or two that belong together, "joints.csv+points.csv" (join_tables()).
+/// Reads a file in either form, or two that belong together, "joints.csv+points.csv" (joined()).
 ///
 /// @param reading  null: in truepose's own form only
 /// Throws ConfigError.

@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "config/column_name.hpp"
+
 namespace truepose::config {
 namespace {
 
@@ -82,7 +84,9 @@ std::vector<CsvRow> records_by(const Cut& cut, std::string_view text, const std:
   return rows;
 }
 
-bool is_value(std::string_view field) { return number_marks(field) || field.starts_with('{'); }
+bool is_value(const std::string& field) {
+  return number_marks(field) || field.starts_with('{') || number_marks(without_unit(field).first);
+}
 
 /// Part of the fields that are numbers, over all records with more than one.
 double share_of_numbers(const Cut& cut, std::string_view sample, const std::string& file) {
@@ -124,6 +128,14 @@ TableRecords table_records(std::string text, const std::string& file) {
   }
   if (!best) best = &kCuts[2];
   return {records_by(*best, text, file), best->name};
+}
+
+std::pair<std::string, std::string> without_unit(const std::string& field) {
+  const auto last = field.find_last_of("0123456789.,");
+  if (last == std::string::npos || last + 1 == field.size()) return {field, {}};
+  std::string unit = unit_word(std::string_view{field}.substr(last + 1));
+  if (unit.empty()) return {field, {}};
+  return {field.substr(0, last + 1), std::move(unit)};
 }
 
 std::optional<NumberMarks> number_marks(std::string_view field) {

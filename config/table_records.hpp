@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "config/csv_reader.hpp"
@@ -26,6 +27,9 @@ inline constexpr char kKrlBlank = '\x1F';
 
 /// Whether a record is a comment: it begins with #, % or //.
 bool is_comment(const CsvRow& row);
+
+/// A number without the unit behind it, and that unit: "12.5", "mm" of "12.5 mm".
+std::pair<std::string, std::string> without_unit(const std::string& field);
 
 /// How a number is written by a program that need not write it as C does.
 struct NumberMarks {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "config/csv_reader.hpp"
+#include "config/table_reading.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/rigid_fit.hpp"
 

@@ -3,11 +3,12 @@
 #include <filesystem>
 #include <vector>
 
-#include "config/table_reading.hpp"
 #include "config/text_file.hpp"
 #include "core/quality/iso9283.hpp"
 
 namespace truepose::config {
+
+struct TableReading;
 
 /// Reads the cycles of an ISO 9283 test (CSV with a header row, any column order): `point` (P1), `cycle`,
 /// `x,y,z` (mm); optional `a,b,c` (KUKA's angles, deg), `smr` (name of the reflector), `direction` (from

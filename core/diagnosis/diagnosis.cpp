@@ -187,7 +187,7 @@ std::string Hypothesis::sentence(const RobotModel& given) const {
   for (const Mistake& mistake : mistakes) {
     const MistakeWords words = mistake.words(given, fixed);
     wrong += (wrong.empty() ? "" : " and ") + words.wrong;
-    remedy += (remedy.empty() ? "" : " and ") + words.remedy;
+    if (remedy != words.remedy) remedy += (remedy.empty() ? "" : " and ") + words.remedy;
   }
   return wrong + ": with " + remedy;
 }

@@ -29,7 +29,8 @@ constexpr std::size_t kPoses = 40;             // tell a gross mistake as well a
 constexpr std::size_t kPosesToIdentify = 150;  // tell a hidden one
 constexpr double kExplained = 0.1;             // what is left of the error once the links are identified
 constexpr double kManyGrossErrors =
-    0.25;                     // part of the points: without a reason no arm is refused for so few
+    0.25;  // part of the points: without a reason no arm is refused for so few
+constexpr double kMostLeftOfSpread = 0.1;  // with more, units that the magnitudes show are looked at
 constexpr double kHides = 3;  // times: what a hidden mistake may leave with base and reflectors alone
 
 using Points = std::vector<Measurement>;
@@ -46,17 +47,21 @@ ProbableCause with_errors(ProbableCause cause, double error_mm, const char* whic
   return cause;
 }
 
+ProbableCause cause_of(const Hypothesis& hypothesis, const RobotModel& nominal, const MeasurementData& data) {
+  ModelAndPoints fixed{.arm = nominal, .points = data.points, .open = {}};
+  for (const Mistake& mistake : hypothesis.mistakes) mistake.apply_fix(fixed);
+  return {.sentence = hypothesis.sentence(nominal),
+          .mistakes = hypothesis.mistakes,
+          .fixed_arm = hypothesis.fixed.arm,
+          .fixed_points = std::move(fixed.points),
+          .others = {}};
+}
+
 ProbableCause cause_of(const std::vector<Hypothesis>& explaining, const RobotModel& nominal,
                        const MeasurementData& data) {
-  const Hypothesis& first = explaining.front();
-  ModelAndPoints fixed{.arm = nominal, .points = data.points, .open = {}};
-  for (const Mistake& mistake : first.mistakes) mistake.apply_fix(fixed);
-  ProbableCause cause{.sentence = first.sentence(nominal),
-                      .mistakes = first.mistakes,
-                      .fixed_arm = first.fixed.arm,
-                      .fixed_points = std::move(fixed.points)};
+  ProbableCause cause = cause_of(explaining.front(), nominal, data);
   for (std::size_t k = 1; k < explaining.size(); ++k)
-    cause.also_fits.push_back(explaining[k].sentence(nominal));
+    cause.others.push_back(cause_of(explaining[k], nominal, data));
   return cause;
 }
 
@@ -174,10 +179,10 @@ std::optional<ProbableCause> all_in_metres(const RobotModel& nominal, const Meas
       .error_mm = left_mm,
       .fixed_mm = left_mm,
       .sentence = wrong + ": as they stand the arm reaches no farther than " + mm_text(reach_mm(nominal)),
-      .also_fits = {},
       .mistakes = mistakes,
       .fixed_arm = fixed.arm,
-      .fixed_points = fixed.points};
+      .fixed_points = fixed.points,
+      .others = {}};
 }
 
 ProbableCause unexplained(const RobotModel& nominal, const Hypothesis& as_given) {
@@ -196,17 +201,18 @@ ProbableCause unexplained(const RobotModel& nominal, const Hypothesis& as_given)
 std::string in_words(const ProbableCause& cause) {
   std::string words = cause.sentence;
   constexpr std::size_t kMostNamed = 4;
-  const std::size_t others = cause.also_fits.size(), named = std::min(others, kMostNamed);
+  const std::size_t others = cause.others.size(), named = std::min(others, kMostNamed);
   for (std::size_t k = 0; k < named; ++k)
-    words += (k == 0 ? "; the data fit as well if " : ", or if ") + cause.also_fits[k];
+    words += (k == 0 ? "; the data fit as well if " : ", or if ") + cause.others[k].sentence;
   if (others > named) words += ", or in " + std::to_string(others - named) + " other ways";
   return words;
 }
 
-std::optional<ProbableCause> diagnose_files(const RobotModel& nominal, const MeasurementData& data,
-                                            int jobs) {
-  if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
-  if (auto in_metres = all_in_metres(nominal, data)) return in_metres;
+namespace {
+
+/// What is wrong with files in mm and deg.
+std::optional<ProbableCause> wrong_structure(const RobotModel& nominal, const MeasurementData& data,
+                                             int jobs) {
   if (auto mixed = mixed_reflectors(nominal, data)) return mixed;
   const Diagnosis diagnosis(nominal, data.smr_names, data.points, kPoses, jobs);
   const Explanation& given = diagnosis.as_given().explanation;
@@ -221,6 +227,86 @@ std::optional<ProbableCause> diagnose_files(const RobotModel& nominal, const Mea
   }
   if (given.coarse_mm <= kMaxArmError_mm || merely_deviates(given, kManyGrossErrors)) return std::nullopt;
   return unexplained(nominal, diagnosis.as_given());
+}
+
+/// Files of which magnitudes show other units, converted, and what they were.
+struct ConvertedFiles {
+  std::vector<Mistake> units;
+  ModelAndPoints fixed;
+  std::string wrong;          ///< "the angles of the robot file are in rad, not deg and .."
+  bool beyond_doubt = false;  ///< joints alone may be small; lengths, alphas and points are not
+};
+
+ConvertedFiles converted(const RobotModel& nominal, const MeasurementData& data) {
+  UnitMistakes shown = units_by_magnitude(nominal, data.points);
+  ConvertedFiles files{.units = std::move(shown.robot),
+                       .fixed = {.arm = nominal, .points = data.points, .open = {}},
+                       .wrong = {}};
+  std::ranges::move(shown.measurements, std::back_inserter(files.units));
+  for (const Mistake& unit : files.units) {
+    unit.apply_fix(files.fixed);
+    files.wrong += (files.wrong.empty() ? "" : " and ") + unit.words(nominal, files.fixed).wrong;
+    files.beyond_doubt |= unit.key != "q1";
+  }
+  return files;
+}
+
+/// Part of the points' spread that base and reflectors alone leave.
+double left_of_spread(const RobotModel& arm, std::span<const std::string> smr_names, const Points& points) {
+  return Diagnosis(arm, smr_names, points, kPoses).as_given().explanation.coarse_mm /
+         median(distances_from_middle(points));
+}
+
+/// Units, and what else is wrong once they are converted; nothing where the converted files are no better.
+std::optional<ProbableCause> in_other_units(const RobotModel& nominal, const MeasurementData& data,
+                                            const ConvertedFiles& files, int jobs) {
+  const MeasurementData as_converted{.smr_names = data.smr_names, .points = files.fixed.points};
+  auto cause = wrong_structure(files.fixed.arm, as_converted, jobs);
+  if (cause && cause->mistakes.empty()) return std::nullopt;
+  const auto with_units = [&](ProbableCause& each) {
+    each.mistakes.insert(each.mistakes.begin(), files.units.begin(), files.units.end());
+  };
+  if (cause) {
+    with_units(*cause);
+    for (ProbableCause& other : cause->others) with_units(other);
+    cause->sentence = files.wrong + " and " + cause->sentence;
+    return cause;
+  }
+  const double left_mm =
+      Diagnosis(files.fixed.arm, data.smr_names, files.fixed.points, kPoses).as_given().explanation.coarse_mm;
+  if (left_mm > kMaxArmError_mm) return std::nullopt;
+  const double given_mm =
+      Diagnosis(nominal, data.smr_names, data.points, kPoses).as_given().explanation.coarse_mm;
+  ProbableCause units{.fixed_mm = left_mm,
+                      .sentence = files.wrong + ": with them converted",
+                      .mistakes = files.units,
+                      .fixed_arm = files.fixed.arm,
+                      .fixed_points = files.fixed.points,
+                      .others = {}};
+  if (left_mm < given_mm / kBetter) return with_errors(std::move(units), given_mm, "coarse");
+  units.error_mm = left_mm;
+  units.sentence += " the nominal arm misses the points by " + mm_text(left_mm);
+  return units;
+}
+
+}  // namespace
+
+std::optional<ProbableCause> diagnose_files(const RobotModel& nominal, const MeasurementData& data,
+                                            int jobs) {
+  if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
+  if (auto in_metres = all_in_metres(nominal, data)) return in_metres;
+  const ConvertedFiles files = converted(nominal, data);
+  const bool in_doubt =
+      !files.units.empty() && left_of_spread(nominal, data.smr_names, data.points) > kMostLeftOfSpread;
+  if (in_doubt) {
+    if (auto units = in_other_units(nominal, data, files, jobs)) return units;
+  }
+  auto cause = wrong_structure(nominal, data, jobs);
+  if (!in_doubt || !files.beyond_doubt || (cause && !cause->mistakes.empty())) return cause;
+  return ProbableCause{
+      .sentence =
+          files.wrong +
+          ", by their magnitudes, and something else is wrong too: convert the units first, then try again"};
 }
 
 }  // namespace truepose

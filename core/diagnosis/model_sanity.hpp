@@ -13,20 +13,23 @@ namespace truepose {
 /// The probable cause of a large error: a mistake in the robot file or the measurements. Each candidate is
 /// tried against the points.
 struct ProbableCause {
-  double error_mm = 0;                 ///< median miss of the points with base and reflectors fitted
-  double fixed_mm = 0;                 ///< the same without the mistake; error_mm where none was found
-  std::string sentence;                ///< for the operator, with both errors
-  std::vector<std::string> also_fits;  ///< other mistakes that explain the points as well
-  std::vector<Mistake> mistakes;       ///< of the sentence, and where they are; none: nothing explains it
-  int station = 0;                     ///< index of the one that the points are from
-  RobotModel fixed_arm;                ///< without them
+  double error_mm = 0;            ///< median miss of the points with base and reflectors fitted
+  double fixed_mm = 0;            ///< the same without the mistake; error_mm where none was found
+  std::string sentence;           ///< for the operator, with both errors
+  std::vector<Mistake> mistakes;  ///< of the sentence, and where they are; none: nothing explains it
+  int station = 0;                ///< index of the one that the points are from
+  RobotModel fixed_arm;           ///< without them
   std::vector<Measurement> fixed_points;
+  std::vector<ProbableCause> others;  ///< other mistakes that explain the points as well
 };
 
 /// The sentence, and what else it may be.
 std::string in_words(const ProbableCause& cause);
 
 /// Distinguishes wrong files from an arm that merely deviates.
+///
+/// Magnitudes of joints, points, lengths and angles decide on units first: where they show others than mm and
+/// deg, the converted files are looked at, and their units are named with what else is wrong with them.
 ///
 /// Where base and reflectors alone leave more than 5 mm and no usual deviations of the links explain it,
 /// gross_mistakes() seeks them: units by magnitude, mistakes alone, then one more given the fixes found;

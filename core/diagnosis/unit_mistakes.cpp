@@ -47,12 +47,24 @@ bool has_joints_in_rad(const RobotModel& arm, std::span<const Measurement> point
   return are_in_rad(angles);
 }
 
+/// Whether every joint that turns stops within a revolution in rad, read as deg.
+bool has_limits_in_rad(const RobotModel& arm) {
+  return std::ranges::all_of(arm.joints, [](const Joint& joint) {
+    const double most = std::max(std::abs(joint.min), std::abs(joint.max));
+    return joint.type != JointType::Revolute || most < 1.01 * 2 * std::numbers::pi * kRadPerDeg;
+  });
+}
+
 Mistake angles_in_rad() {
   return of_robot_file("alpha", {"the angles of the robot file are in rad, not deg", "them converted"},
                        [](RobotModel& arm) {
+                         const bool limits = has_limits_in_rad(arm);
                          for (Joint& joint : arm.joints) {
                            for (double* angle : {&joint.alpha_rad, &joint.theta_rad, &joint.beta_rad})
                              *angle *= kDegPerRad;
+                           if (!limits || joint.type != JointType::Revolute) continue;
+                           joint.min *= kDegPerRad;
+                           joint.max *= kDegPerRad;
                          }
                        });
 }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "config/measurement_file.hpp"
+#include "config/table_reading.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/config/sheet.hpp"
 #include "tests/core/example_arms.hpp"
@@ -67,7 +68,7 @@ std::string padded(const Sheet& sheet, int width) {
   return text;
 }
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
+std::string with_part(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
@@ -133,23 +134,23 @@ std::vector<CorpusFile> files_that_are_read() {
       {"comments by percent and slashes", "% made by matlab\n// 26.11.\n" + s.text()},
       {"comment with a quote", "# the arm \"Otto, 5' high\n" + s.text()},
       {"comments between the rows",
-       replaced(s.text(), "\n" + s.rows[4][0], "\n# paused here\n" + s.rows[4][0])},
+       with_part(s.text(), "\n" + s.rows[4][0], "\n# paused here\n" + s.rows[4][0])},
       {"a row made a comment",
-       replaced(s.text(), "\n" + s.rows[4][0], "\n# " + Sheet::line(s.rows[3], ",") + "\n" + s.rows[4][0])},
+       with_part(s.text(), "\n" + s.rows[4][0], "\n# " + Sheet::line(s.rows[3], ",") + "\n" + s.rows[4][0])},
       {"header as a comment, numpy", "# " + s.text(" ")},
       {"header as a comment with commas", "# " + s.text()},
-      {"units below the header", replaced(s.text(), "z\n", "z\ndeg,deg,deg,deg,deg,deg,mm,mm,mm\n")},
+      {"units below the header", with_part(s.text(), "z\n", "z\ndeg,deg,deg,deg,deg,deg,mm,mm,mm\n")},
       {"units in brackets below the header",
-       replaced(kuka.text("\t"), "Z\n", "Z\n[deg]\t[deg]\t[deg]\t[deg]\t[deg]\t[deg]\t[mm]\t[mm]\t[mm]\n")},
+       with_part(kuka.text("\t"), "Z\n", "Z\n[deg]\t[deg]\t[deg]\t[deg]\t[deg]\t[deg]\t[mm]\t[mm]\t[mm]\n")},
       {"rad and m below the header",
-       replaced(rad_metres.text(), "z\n", "z\nrad,rad,rad,rad,rad,rad,m,m,m\n")},
+       with_part(rad_metres.text(), "z\n", "z\nrad,rad,rad,rad,rad,rad,m,m,m\n")},
       {"trailing commas", s.text(",", ",\n")},
-      {"trailing semicolons behind the rows alone", replaced(german.text(";", ";\n"), "z;\n", "z\n")},
+      {"trailing semicolons behind the rows alone", with_part(german.text(";", ";\n"), "z;\n", "z\n")},
       {"empty last rows", s.text() + std::string(",,,,,,,,\n") + ",,,,,,,,\n"},
       {"empty last rows of semicolons", german.text(";") + ";;;;;;;;\n;;;;;;;;\n"},
       {"index of pandas", s.with_column(0, "", [](std::size_t row) { return std::to_string(row); }).text()},
       {"index of pandas read again", s.with_column(0, "Unnamed: 0", number).text()},
-      {"row names of R", replaced(s.with_column(0, "_", number).text(), "_,", "")},
+      {"row names of R", with_part(s.with_column(0, "_", number).text(), "_,", "")},
       {"A1..A6", kuka.text()},
       {"lower case a1", s.with_header(plus(six("a"), kXyz)).text()},
       {"J1..J6", s.with_header(plus(six("J"), kXyz)).text()},
@@ -208,12 +209,12 @@ std::vector<CorpusFile> files_that_are_read() {
        "",
        {.columns = {{"x", "x"}}}},
       {"minus signs of a typesetter",
-       s.each_field([](auto f) { return replaced(f, "-", "\xE2\x88\x92"); }).text()},
+       s.each_field([](auto f) { return with_part(f, "-", "\xE2\x88\x92"); }).text()},
       {"no-break blanks", kuka.text(";\xC2\xA0")},
       {"plus signs", s.each_field([](auto f) { return f[0] == '-' ? f : "+" + f; }).text(";")},
       {"exponents", s.each_field([](auto f) { return formatted("%.9E", std::stod(f)); }).text(";")},
       {"exponents, decimal commas",
-       s.each_field([](auto f) { return replaced(formatted("%.9E", std::stod(f)), ".", ","); }).text(";")}};
+       s.each_field([](auto f) { return with_part(formatted("%.9E", std::stod(f)), ".", ","); }).text(";")}};
   Sheet with_units = s;
   for (auto& row : with_units.rows)
     for (std::size_t k = 0; k < row.size(); ++k) row[k] += k < 6 ? " deg" : "mm";
@@ -229,10 +230,10 @@ std::vector<CorpusFile> files_that_are_refused() {
     sheet.rows[row][column] = field;
     return sheet;
   };
-  const auto grouped = [](std::string field) {
+  const auto grouped = [](const std::string& field) {
     const auto point = field.find('.');
-    return point > 3 && field[0] != '-' ? field.insert(point - 3, ".").replace(point + 1, 1, ",")
-                                        : replaced(field, ".", ",");
+    if (point < 4 || field[0] == '-') return with_part(field, ".", ",");
+    return field.substr(0, point - 3) + "." + field.substr(point - 3, 3) + "," + field.substr(point + 1);
   };
   return {
       {"empty", "", "the file is empty, expected a header row"},
@@ -245,8 +246,7 @@ std::vector<CorpusFile> files_that_are_refused() {
       {"workbook", std::string("PK\x03\x04\x14\0\x06\0", 8),
        "is an Excel workbook (.xlsx) or another zip file, not text: in Excel or LibreOffice save the sheet as CSV"},
       {"old workbook", "\xD0\xCF\x11\xE0\xA1\xB1", "is an old Excel workbook (.xls), not text"},
-      {"thousands with points, decimal commas",
-       german.each_field(grouped).text(";").empty() ? "" : s.each_field(grouped).text(";"),
+      {"thousands with points, decimal commas", s.each_field(grouped).text(";"),
        "has its thousands set apart: export numbers without that"},
       {"thousands with blanks", cell(2, 6, "1 234.5").text(";"),
        "row 3 (line 4): x: '1 234.5' has its thousands set apart"},
@@ -336,7 +336,7 @@ std::vector<CorpusFile> files_that_are_refused() {
          return sheet.text(";");
        }(),
        "row 6 (line 7): x: is in m, where others are in mm: write all in one unit"},
-      {"KRL cells of different members", replaced(krl_text(s, ";", "", ""), ",A6 ", ",B6 "),
+      {"KRL cells of different members", with_part(krl_text(s, ";", "", ""), ",A6 ", ",B6 "),
        "expected an aggregate of the same members as in row 1"},
       {"a comment that may be a name",
        "Name;A1;A2;A3;A4;A5;A6;X;Y;Z\n" +
@@ -347,7 +347,7 @@ std::vector<CorpusFile> files_that_are_refused() {
       {"SpatialAnalyzer points alone",
        "Collection::Group::Point, X, Y, Z, Time Stamp\nA::CAL::p1, 2626.38131, 1423.72334, 1621.54991, 11/27/2026 8:00:00 AM\n",
        "missing column 'q1', found 'Collection::Group::Point', 'Time Stamp'"},
-      {"a quote that stays open", replaced(german.text(";"), german.rows[3][0], "\"" + german.rows[3][0]),
+      {"a quote that stays open", with_part(german.text(";"), german.rows[3][0], "\"" + german.rows[3][0]),
        "a quote is not closed"},
   };
 }
@@ -421,6 +421,139 @@ TEST_F(MeasurementCorpus, OneLineSaysWhatWasReadHow) {
       HasSubstr(
           "data.csv: read as: semicolons; header in line 2; decimal commas; q1..q6 from 'A1 (deg)'..'A6 (deg)', x from "
           "'X [mm]', y from 'Y [mm]', z from 'Z [mm]'; left out: 'Nr'"));
+}
+
+/// A correct file written in a way that is drawn: each way alone is in the corpus.
+CorpusFile drawn_file(std::minstd_rand& random) {
+  const auto one_of = [&](const std::vector<std::string>& choices) {
+    return choices[random() % choices.size()];
+  };
+  const auto so = [&] { return random() % 2 == 0; };
+  const std::string separator = one_of({",", ";", "\t"});
+  const bool commas = separator != "," && so();
+  const std::string angle = one_of({"", "deg", "rad"}), length = one_of({"", "mm", "m", "cm", "inch"});
+  const bool has_units_row = so();
+  const auto name = [&](const std::string& plain, const std::string& unit) {
+    return unit.empty() || has_units_row ? plain : plain + (so() ? " [" + unit + "]" : " (" + unit + ")");
+  };
+  const double per_mm = length == "m" ? 1e-3 : length == "cm" ? 0.1 : length == "inch" ? 1 / 25.4 : 1;
+  Sheet sheet = Sheet::correct().scaled(0, 6, angle == "rad" ? kDegree : 1).scaled(6, 9, per_mm);
+  const std::string family = one_of({"q", "A", "J", "Joint ", "joint_", "AXIS"});
+  const bool upper = so();
+  for (std::size_t k = 0; k < 6; ++k) sheet.header[k] = name(family + std::to_string(k + 1), angle);
+  for (std::size_t k = 6; k < 9; ++k)
+    sheet.header[k] = name(std::string(1, (upper ? "XYZ" : "xyz")[k - 6]), length);
+  Names units = plus(Names(6, angle), Names(3, length));
+  const auto add = [&](std::size_t place, const std::string& title, const std::string& field) {
+    sheet = sheet.with_column(place, title, [&](std::size_t) { return field; });
+    units.insert(units.begin() + static_cast<std::ptrdiff_t>(place), "");
+  };
+  if (so()) add(6, "E1", "0.0");
+  if (so()) add(sheet.header.size(), "Bemerkung", one_of({"gut", "", "n. i. O."}));
+  if (so()) add(0, one_of({"Nr", "Messung", "Operator"}), "1");
+  if (commas) sheet = sheet.with_decimal_commas();
+  const std::string end = (so() ? separator : "") + std::string(so() ? "\r\n" : "\n");
+  std::string text;
+  if (so()) text += one_of({"Cell 4", "# made by a script", "% 26.11.2026", "// deg and mm"}) + "\n";
+  text += Sheet::line(sheet.header, separator) + end;
+  if (has_units_row && !(angle.empty() && length.empty())) text += Sheet::line(units, separator) + end;
+  text += sheet.rows_text(separator, end);
+  if (so()) text += std::string(sheet.header.size() - 1, separator[0]) + "\n";
+  switch (random() % 4) {
+    case 0:
+      return {text, utf16(text, so(), true)};
+    case 1:
+      return {text, "\xEF\xBB\xBF" + text};
+    case 2:
+      return {text, utf16(text, so(), false)};
+    default:
+      return {text, text};
+  }
+}
+
+TEST_F(MeasurementCorpus, AnyCombinationOfThemIsReadWithTheSameNumbers) {
+  std::minstd_rand random{48};
+  for (int trial = 0; trial < 300; ++trial) {
+    const CorpusFile file = drawn_file(random);
+    SCOPED_TRACE(file.name);
+    expect_plain_numbers(file);
+    if (HasFailure()) return;
+  }
+}
+
+/// Joints and points of the correct sheet in two files.
+class TwoFilesOfMeasurements : public MeasurementCorpus {
+ protected:
+  using NameOfRow = std::function<std::string(std::size_t)>;
+
+  static Sheet part(std::ptrdiff_t first, std::ptrdiff_t end, const std::string& key, const NameOfRow& name) {
+    const Sheet whole = Sheet::correct();
+    Sheet sheet{plus({key}, {whole.header.begin() + first, whole.header.begin() + end}), {}};
+    for (std::size_t row = 0; row < whole.rows.size(); ++row)
+      sheet.rows.push_back(
+          plus({name(row)}, {whole.rows[row].begin() + first, whole.rows[row].begin() + end}));
+    return sheet;
+  }
+  std::string two_files(const std::string& joints, const std::string& points) {
+    return folder_.write("joints.csv", joints).string() + "+" + folder_.write("points.csv", points).string();
+  }
+  void expect_joined(const std::string& joints, const std::string& points) {
+    said_.clear();
+    const TableReading reading{.report = [this](const std::string& line) { said_ += line + "\n"; }};
+    MeasurementData data;
+    ASSERT_NO_THROW(data = load_measurements(two_files(joints, points), robot_, &reading))
+        << refused(joints, points);
+    const auto plain = load_measurements(folder_.write("plain.csv", Sheet::correct().text()), robot_);
+    ASSERT_EQ(data.points.size(), plain.points.size());
+    for (std::size_t k = 0; k < plain.points.size(); ++k) {
+      EXPECT_EQ(data.points[k].q, plain.points[k].q);
+      EXPECT_EQ(data.points[k].p_WS_mm, plain.points[k].p_WS_mm);
+    }
+  }
+  std::string refused(const std::string& joints, const std::string& points) {
+    const TableReading reading;
+    return error_of([&] { load_measurements(two_files(joints, points), robot_, &reading); },
+                    folder_.path() / "joints.csv");
+  }
+  static std::string p(std::size_t row) { return "p" + std::to_string(row + 1); }
+  static std::string n(std::size_t row) { return std::to_string(row + 1); }
+};
+
+TEST_F(TwoFilesOfMeasurements, AreJoinedByNameNumberOrTimeInAnyOrder) {
+  Sheet shuffled = part(0, 6, "point", p);
+  std::ranges::reverse(shuffled.rows);
+  expect_joined(shuffled.text(), part(6, 9, "point", p).text());
+  EXPECT_THAT(said_, HasSubstr("points.csv by 'point': 12 joined"));
+  expect_joined(shuffled.with_decimal_commas().text(";"), part(6, 9, "Point Name", p).text("\t"));
+  expect_joined(part(0, 6, "Nr", n).text(), part(6, 9, "Name", p).text());
+  const auto time = [](std::size_t row) { return formatted("2026-11-26T08:%02zu:30", row); };
+  expect_joined(part(0, 6, "time", time).text(), part(6, 9, "time", time).text());
+}
+
+TEST_F(TwoFilesOfMeasurements, PointsAreThoseOfSpatialAnalyzerAndPolyWorksToo) {
+  const auto collection = [](std::size_t row) { return "A::CAL::p" + std::to_string(row + 1); };
+  const auto stamp = [](std::size_t row) { return formatted("11/27/2026 8:00:%02zu AM", row); };
+  const Sheet exported =
+      part(6, 9, "Collection::Group::Point", collection).with_column(4, "Time Stamp", stamp);
+  expect_joined(part(0, 6, "point", p).text(), exported.text(", "));
+  expect_joined(part(0, 6, "Nr", n).with_decimal_commas().text(";"), exported.text(", "));
+  const Sheet polyworks = part(6, 9, "Name", p).with_header({"Name", "X", "Y", "Z"});
+  expect_joined(part(0, 6, "name", p).text(), "# PolyWorks, mm\n" + polyworks.text("\t"));
+}
+
+TEST_F(TwoFilesOfMeasurements, WithoutAColumnThatJoinsThemAreRefused) {
+  const std::string joints = part(0, 6, "point", p).text(), points = part(6, 9, "point", p).text();
+  const auto expect_not_joined = [&](const std::string& a, const std::string& b) {
+    EXPECT_THAT(refused(a, b), HasSubstr("no column joins the two files"));
+  };
+  expect_not_joined(part(0, 6, "remark", p).text(), part(6, 9, "remark", p).text());
+  expect_not_joined(joints,
+                    part(6, 9, "point", [](std::size_t row) { return std::string(row + 1, 'x'); }).text());
+  expect_not_joined(part(0, 6, "point", [](std::size_t) { return "p"; }).text(), points);
+  const auto shifted = [](std::size_t row) { return std::to_string((row + 1) % 12 + 1); };
+  EXPECT_THAT(refused(part(0, 6, "point", p).with_column(1, "Nr", n).text(),
+                      part(6, 9, "point", p).with_column(1, "Nr", shifted).text()),
+              HasSubstr("join the rows differently: remove one of the columns"));
 }
 
 }  // namespace

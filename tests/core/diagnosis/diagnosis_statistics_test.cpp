@@ -65,8 +65,8 @@ double validation_error(const RobotModel& robot, MeasurementData data, const Mea
 }
 
 bool names(const ProbableCause& cause, const std::vector<PlantedMistake>& planted) {
-  std::vector<std::string> sentences = cause.also_fits;
-  sentences.push_back(cause.sentence);
+  std::vector<std::string> sentences{cause.sentence};
+  for (const ProbableCause& other : cause.others) sentences.push_back(other.sentence);
   return std::ranges::any_of(sentences, [&](const std::string& sentence) {
     return std::ranges::all_of(planted,
                                [&](const PlantedMistake& each) { return sentence.contains(each.words); });

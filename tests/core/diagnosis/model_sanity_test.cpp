@@ -100,7 +100,7 @@ TEST(ModelSanity, NamesRadiansTogetherWithMetres) {
   EXPECT_THAT(
       sentence(diagnose_files(example::kr210(), data)),
       testing::StartsWith("the joint angles of the measurements are in rad, not deg and the points are "
-                          "in m, not mm: with them converted and them converted"));
+                          "in m, not mm: with them converted the coarse error falls from"));
   RobotModel in_metres = example::kr210();
   for (Joint& joint : in_metres.joints) {
     joint.a_mm /= 1000;

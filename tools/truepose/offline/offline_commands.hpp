@@ -16,7 +16,9 @@ Command base_command();           ///< readings tell no frame, or contradict eac
 Command bridge_check_command();   ///< a promise of the protocol is not kept
 Command calibrate_command();      ///< a test of the verdict failed
 Command compensate_command();     ///< a target cannot be reached
-Command doctor_command();         ///< a fault was found
+Command data_commands();
+Command data_check_command();  ///< something was found
+Command doctor_command();      ///< a fault was found
 Command drift_command();  ///< the model is no longer right; without a file the daemon measures and judges
 Command export_command();
 Command fk_command();
@@ -33,7 +35,7 @@ Command robot_import_command();
 Command robot_list_command();
 Command robot_new_command();
 Command robot_show_command();
-Command robot_fix_command();  ///< nothing was found, or nothing that can be fixed
+Command robot_fix_command();  ///< nothing was found, nothing that can be fixed, or several that fit equally
 Command replay_command();     ///< a driver or the stream does something else than when it was recorded
 Command restore_command();    ///< the copy cannot be used, or a daemon has the store
 Command tls_commands();

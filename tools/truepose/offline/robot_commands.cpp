@@ -20,6 +20,7 @@ namespace {
 struct RobotFix {
   std::string robot_file, data_file, out_file, out_data_file;
   TableOptions table;
+  int take = 0;  ///< of the corrections that fit equally, from 1; 0: none is chosen
 };
 
 bool is_in(MistakenFile file, const ProbableCause& cause) {
@@ -49,6 +50,31 @@ std::vector<config::TextFile> fixed_files(const RobotFix& command, const Probabl
   return files;
 }
 
+/// The corrections that fit equally: "(1) joint 1 ..; (2) alpha of joint 2 ..".
+std::string choices(const ProbableCause& cause) {
+  std::string text = "(1) " + cause.sentence;
+  for (std::size_t k = 0; k < cause.others.size(); ++k)
+    text += "; (" + std::to_string(k + 2) + ") " + cause.others[k].sentence;
+  return text;
+}
+
+/// The correction that is to be written. Throws CommandError where several fit equally and none is chosen.
+const ProbableCause& chosen(const RobotFix& command, const ProbableCause& cause) {
+  const std::size_t count = cause.others.size() + 1;
+  const auto take = static_cast<std::size_t>(command.take);
+  if (take > count)
+    throw CommandError{
+        kFailed, "--take " + std::to_string(take) + ": there " +
+                     (count == 1 ? "is 1 correction" : "are " + std::to_string(count) + " corrections") +
+                     ": no file was written"};
+  if (take > 1) return cause.others[take - 2];
+  if (take == 1 || count == 1) return cause;
+  throw CommandError{kFailed, command.robot_file + ": " + std::to_string(count) +
+                                  " corrections fit equally: " + choices(cause) +
+                                  ". No file was written. Choose one: --take 1 .. --take " +
+                                  std::to_string(count)};
+}
+
 int run_fix(const RobotFix& command) {
   const RobotModel robot = config::load_robot(command.robot_file);
   const config::TableReading reading = reading_of(command.table);
@@ -62,12 +88,13 @@ int run_fix(const RobotFix& command) {
                                     " shows: no file was written"};
   if (cause->mistakes.empty())
     throw CommandError{kFailed, mistake_text(*cause, command.robot_file, command.data_file)};
-  if (std::ranges::any_of(cause->mistakes, &Mistake::needs_manual_fix))
-    throw CommandError{kFailed,
-                       mistake_text(*cause, command.robot_file, command.data_file) + ": no file was written"};
-  const auto files = fixed_files(command, *cause, data);
+  const ProbableCause& correction = chosen(command, *cause);
+  if (std::ranges::any_of(correction.mistakes, &Mistake::needs_manual_fix))
+    throw CommandError{
+        kFailed, mistake_text(correction, command.robot_file, command.data_file) + ": no file was written"};
+  const auto files = fixed_files(command, correction, data);
   config::write_together(files);
-  std::printf("%s\n", in_words(*cause).c_str());
+  std::printf("%s\n", correction.sentence.c_str());
   for (const config::TextFile& file : files) std::printf("%s: written\n", file.path.c_str());
   return kDone;
 }
@@ -91,6 +118,8 @@ Command robot_fix_command() {
                       Option("--out-data", &c.out_data_file,
                              "The corrected measurements, where the mistake is in them",
                              {.file = FileUse::Written}),
+                      Option("--take", &c.take, "Which of several corrections that fit equally to write",
+                             {.check = in_range(1, 1000)}),
                       columns_option(c.table), units_option(c.table)},
           .run = [command] { return run_fix(*command); },
           .examples = {{"robot fix arm.yaml points.csv -o fixed.yaml",

@@ -9,6 +9,7 @@
 #include "config/csv_reader.hpp"
 #include "config/frame_file.hpp"
 #include "config/measurement_file.hpp"
+#include "config/table_reading.hpp"
 #include "config/target_file.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
