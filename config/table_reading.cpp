@@ -211,7 +211,8 @@ void expect_needed(const ForeignTable& table, const TableForm& form) {
   std::vector<std::string> unused;
   for (std::size_t k = 0; k < table.headers.size(); ++k)
     if (!form.knows(table.columns[k].name) && !table.headers[k].empty()) unused.push_back(table.headers[k]);
-  const std::string found = unused.empty() ? "." : ", found " + list_of(unused) + ".";
+  if (unused.empty()) table.fail("missing column " + in_quotes(missing.front()));
+  const std::string found = ", found " + list_of(unused) + ".";
   table.fail("missing column " + in_quotes(missing.front()) + found + " Say which it is: --columns " +
              choice_of(missing, false));
 }

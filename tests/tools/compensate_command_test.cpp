@@ -330,7 +330,7 @@ TEST_F(Compensate, AMistakeInAFileIsReportedWithItsRow) {
   EXPECT_EQ(error("--joints", std::string(kJoints) + "\n\n1,2,3,4,5\n"),
             "row 1 (line 4): q6: missing, the row ends before it\n");
   EXPECT_EQ(error("--joints", std::string(kJoints) + "1,2,3,4,5,\"6\n"), "line 2: a quote is not closed\n");
-  EXPECT_EQ(error("--joints", "q1;q2\n1;2\n"), "columns must be separated by commas\n");
+  EXPECT_EQ(error("--joints", "q1;q2\n1;2\n"), "missing column 'q3'\n");
   EXPECT_EQ(error("--joints", "q1,q2,q3,q4,q5,q6,q7\n1,2,3,4,5,6,7\n"),
             "unknown column 'q7', did you mean 'q1'?\n");
   EXPECT_EQ(error("--poses", "x,y,z,a,b\n1,2,3,4,5\n"), "missing column 'c'\n");

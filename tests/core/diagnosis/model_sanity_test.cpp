@@ -128,6 +128,75 @@ TEST(ModelSanity, NamesStandardDhTogetherWithRadiansOfTheRobotFile) {
                           "row too early, as in standard DH: "));
 }
 
+/// How the files of one arm are written.
+struct Writing {
+  bool is_standard = false, in_metres = false, in_radians = false;  ///< robot file
+  bool joints_in_radians = false, points_in_metres = false;
+};
+
+RobotModel written(RobotModel robot, const Writing& writing) {
+  const std::vector<Joint> modified = robot.joints;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    Joint& joint = robot.joints[i];
+    if (writing.is_standard) {
+      const Joint next = i + 1 < modified.size() ? modified[i + 1] : Joint{};
+      joint.a_mm = next.a_mm;
+      joint.alpha_rad = next.alpha_rad;
+    }
+    if (writing.in_metres) {
+      joint.a_mm /= 1000;
+      joint.d_mm /= 1000;
+    }
+    if (writing.in_radians) {
+      joint.alpha_rad *= kRadPerDeg;
+      joint.theta_rad *= kRadPerDeg;
+    }
+  }
+  return robot;
+}
+
+TEST(ModelSanity, DecidesOnUnitsBeforeStructureInAllTheirCombinations) {
+  Random random{65};
+  const RobotModel nominal = example::ur10();
+  const MeasurementData right = readings(example::deviating(nominal, random, 0.4, 5e-4), 60, random);
+  std::vector<Writing> writings{
+      {.joints_in_radians = true, .points_in_metres = true},
+      {.in_metres = true, .in_radians = true, .joints_in_radians = true, .points_in_metres = true},
+      {.is_standard = true},
+      {.is_standard = true, .joints_in_radians = true},
+      {.is_standard = true, .points_in_metres = true},
+      {.is_standard = true, .joints_in_radians = true, .points_in_metres = true}};
+  for (const bool radians : {false, true}) {
+    for (const auto& [q, p] : {std::pair{false, true}, std::pair{true, true}, std::pair{false, false}})
+      writings.push_back({true, true, radians, q, p});
+  }
+  for (const Writing& each : writings) {
+    SCOPED_TRACE(testing::Message() << each.is_standard << each.in_metres << each.in_radians
+                                    << each.joints_in_radians << each.points_in_metres);
+    MeasurementData data = right;
+    for (Measurement& point : data.points) {
+      if (each.joints_in_radians) point.q *= kRadPerDeg;
+      if (each.points_in_metres) point.p_WS_mm /= 1000;
+    }
+    const auto cause = diagnose_files(written(nominal, each), data);
+    const std::string words = sentence(cause);
+    EXPECT_EQ(words.contains("standard DH"), each.is_standard) << words;
+    EXPECT_EQ(words.contains("the lengths of the robot file"), each.in_metres) << words;
+    EXPECT_EQ(words.contains("the angles of the robot file are in rad"), each.in_radians) << words;
+    EXPECT_EQ(words.contains("the joint angles of the measurements are in rad"), each.joints_in_radians)
+        << words;
+    EXPECT_EQ(words.contains("the points are in m") || words.contains("and the points"),
+              each.points_in_metres)
+        << words;
+    EXPECT_FALSE(words.contains("measure") && words.contains("poses")) << words;
+    if (!cause) continue;
+    EXPECT_EQ(cause->others.size(), 0U) << words;
+    for (std::size_t i = 0; i < nominal.joints.size(); ++i)
+      EXPECT_NEAR(cause->fixed_arm.joints[i].a_mm, nominal.joints[i].a_mm, 1e-6);
+    EXPECT_LT((cause->fixed_points[7].p_WS_mm - right.points[7].p_WS_mm).norm(), 1e-6);
+  }
+}
+
 TEST(ModelSanity, NeverSuspectsAnArmThatMerelyDeviates) {
   Random random{3};
   for (int trial = 0; trial < (all_trials() ? 200 : 40) / kShare; ++trial) {

@@ -128,8 +128,8 @@ void find_coarse_joints(const DataSummary& summary, std::vector<std::string>& fi
     if (is_joint(range)) most = std::max(most, range.decimals);
   if (most < 0 || most > 1) return;
   findings.push_back(
-      "joints have " + std::to_string(most) +
-      formatted(" decimals: rounding to 0.1 deg moves a point at 2 m by up to %.1f mm. Export them with "
+      "joints have " + std::to_string(most) + (most == 1 ? " decimal" : " decimals") +
+      formatted(": rounding to 0.1 deg moves a point at 2 m by up to %.1f mm. Export them with "
                 "four decimals",
                 kHalfStep_deg * kRadPerDeg * kReach_mm));
 }
