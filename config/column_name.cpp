@@ -82,7 +82,7 @@ std::string other_name(std::string_view name) {
         name != "oy")
       return std::string{"q"} + part;
   }
-  for (const std::string_view angle : {"roll", "pitch", "yaw"})
+  for (const std::string_view angle : {"roll", "pitch", "yaw", "w", "p", "r", "rx", "ry", "rz"})
     if (name == angle) return std::string{angle};
   const auto digits = name.find_last_not_of("0123456789") + 1;
   const bool is_external =

@@ -96,7 +96,8 @@ double unit_of_angles(const ForeignTable& table, const std::array<std::size_t, 3
   const std::string_view unit = own.empty() ? stated : std::string_view{own};
   if (unit == "rad") return 1;
   if (unit.empty() && most <= 2 * std::numbers::pi)
-    table.fail("roll, pitch, yaw: no angle is beyond " + formatted("%.3g", most) +
+    table.fail(table.headers[columns[0]] + ", " + table.headers[columns[1]] + ", " +
+               table.headers[columns[2]] + ": no angle is beyond " + formatted("%.3g", most) +
                ": they may be deg or rad. Say which: --units deg,mm or --units rad,mm");
   return kRadPerDeg;
 }
@@ -191,14 +192,21 @@ std::string convert_orientations(ForeignTable& table, std::string_view angle_uni
     add_angles(table, R);
     return "a, b, c from the quaternion";
   }
-  if (const auto angles = places_of<3>(table, {"roll", "pitch", "yaw"})) {
+  if (places_of<3>(table, {"rx", "ry", "rz"})) {
+    table.fail(
+        "columns rx, ry, rz may be a rotation vector (rad, Universal Robots) or angles about x, y, z (deg): "
+        "give the orientation as a, b, c, as roll, pitch, yaw or as qw, qx, qy, qz");
+  }
+  auto angles = places_of<3>(table, {"roll", "pitch", "yaw"});
+  if (!angles) angles = places_of<3>(table, {"w", "p", "r"});  // of FANUC, about the same axes
+  if (angles) {
     const double unit = unit_of_angles(table, *angles, angle_unit);
     for (std::size_t row = 0; row < table.rows.size(); ++row) {
       const auto [roll, pitch, yaw] = numbers_at(table, row, *angles);
       R.push_back(rotation_zyx(yaw * unit, pitch * unit, roll * unit));
     }
     add_angles(table, R);
-    return "a, b, c from roll, pitch, yaw (about the fixed x, y, z)";
+    return "a, b, c from angles about the fixed x, y, z";
   }
   return {};
 }

@@ -31,9 +31,10 @@ struct ForeignTable {
 /// are left out. Throws ConfigError where a row has other members.
 void expand_krl_columns(ForeignTable& table);
 
-/// Quaternions (qw, qx, qy, qz) and roll, pitch, yaw (about the fixed x, y, z, in this order) as columns a,
-/// b, c of KUKA's angles in deg, where there are none. @return what was converted; empty: nothing Throws
-/// ConfigError where a number is missing, a quaternion is not of length 1 or angles may be deg and rad.
+/// Quaternions (qw, qx, qy, qz) and angles about the fixed x, y, z in this order (roll, pitch, yaw; FANUC's
+/// w, p, r) as columns a, b, c of KUKA's angles in deg, where there are none. @return what was converted;
+/// empty: nothing Throws ConfigError where a number is missing, a quaternion is not of length 1, angles may
+/// be deg and rad, and for rx, ry, rz, which have two meanings.
 std::string convert_orientations(ForeignTable& table, std::string_view angle_unit);
 
 /// Numbers with points and without units: "12,5 mm" as "12.5". Throws ConfigError where two readings fit.

@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::size_t kMostBeforeHeader = 60;  // rows of titles
 
+bool is_krl(const std::string& field) { return field.starts_with('{'); }
+
 /// What a column is by the user's choice, or by its name.
 ColumnName meaning_of(const std::string& header, std::size_t place, const TableReading& reading) {
   ColumnName meaning = column_name(header);
@@ -84,6 +86,24 @@ HeaderPlace header_of_numbers(const std::vector<CsvRow>& records, const TableRea
   CsvRow row{.fields = {}, .line = first->line - 1};
   for (std::size_t k = 0; k < first->fields.size(); ++k) row.fields.push_back(std::to_string(k + 1));
   return {row, static_cast<std::size_t>(first - records.begin())};
+}
+
+bool has_krl_cells(const std::vector<CsvRow>& records) {
+  return std::ranges::any_of(records.back().fields, is_krl);
+}
+
+HeaderPlace header_of_krl(const std::vector<CsvRow>& records) {
+  const auto first = std::ranges::find_if(
+      records, [](const CsvRow& row) { return std::ranges::any_of(row.fields, is_krl); });
+  if (first == records.end()) return {};
+  HeaderPlace header{.row = {}, .end = static_cast<std::size_t>(first - records.begin())};
+  if (first != records.begin() && (first - 1)->fields.size() == first->fields.size()) {
+    header.row = *(first - 1);
+    return header;
+  }
+  header.row.line = first->line - 1;
+  for (std::size_t k = 0; k < first->fields.size(); ++k) header.row.fields.push_back(std::to_string(k + 1));
+  return header;
 }
 
 std::string list_of(const std::vector<std::string>& names) {

@@ -24,6 +24,11 @@ HeaderPlace header_in(const std::vector<CsvRow>& records, const std::string& fil
 /// The numbers of the columns in place of names, where the user has chosen by them.
 HeaderPlace header_of_numbers(const std::vector<CsvRow>& records, const TableReading& reading);
 
+/// The names above KRL aggregates, which have the names of their members in them; numbers where there are
+/// none.
+HeaderPlace header_of_krl(const std::vector<CsvRow>& records);
+bool has_krl_cells(const std::vector<CsvRow>& records);
+
 /// Throws ConfigError: that no column is known, or that there is no header.
 [[noreturn]] void refuse_header(const std::vector<CsvRow>& records, const std::string& file,
                                 const TableForm& form);

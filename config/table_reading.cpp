@@ -314,11 +314,6 @@ bool is_own_form(std::string_view text, const std::string& file, const TableForm
   return false;
 }
 
-bool has_krl_cells(const std::vector<CsvRow>& records) {
-  return std::ranges::any_of(records.back().fields,
-                             [](const std::string& field) { return field.starts_with('{'); });
-}
-
 ForeignTable table_of(std::vector<CsvRow> records, const HeaderPlace& header, const std::string& file,
                       const TableReading& reading) {
   ForeignTable table{.file = file, .headers = header.row.fields, .columns = {}, .rows = {}};
@@ -348,6 +343,7 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   if (records.rows.empty()) return {{}, 1, {}};
   HeaderPlace header = header_in(records.rows, file, form, reading);
   if (header.end == 0) header = header_of_numbers(records.rows, reading);
+  if (header.row.fields.empty()) header = header_of_krl(records.rows);
   const bool has_header = !header.row.fields.empty();
   const CsvRow& names = has_header ? header.row : records.rows.front();
   const bool has_own_names =
@@ -373,7 +369,8 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   notes.add_if(count_joints_from_one(table.columns), "joints counted from 0");
   refuse_two_of_a_name(table, form);
   notes.add_if(normalise_numbers(table), "decimal commas");
-  if (form.knows("a")) {
+  // The orientation of a reading has a sigma, else it is none of the tracker's.
+  if (form.knows("a") && (!form.knows("sigma_abc") || table.find("sigma_abc") < table.columns.size())) {
     const std::string how = convert_orientations(table, reading.units ? reading.units->angle : "");
     notes.add_if(!how.empty(), how);
   }

@@ -229,7 +229,7 @@ std::optional<ProbableCause> wrong_structure(const RobotModel& nominal, const Me
   return unexplained(nominal, diagnosis.as_given());
 }
 
-/// Files of which magnitudes show other units, converted, and what they were.
+/// The files converted from the units that their magnitudes show.
 struct ConvertedFiles {
   std::vector<Mistake> units;
   ModelAndPoints fixed;

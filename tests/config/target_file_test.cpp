@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "config/frame_file.hpp"
+#include "config/table_reading.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"
@@ -99,6 +100,30 @@ TEST(PointFile, RefusesCoordinatesThatAreNotThree) {
   EXPECT_EQ(error("point,px,py\na,1,2\n"), "p.csv: missing column 'pz'");
   EXPECT_EQ(error("point,y,z\na,1,2\n"), "p.csv: missing column 'x'");
   EXPECT_THAT(error("point,x,y,z,smr\na,1,2,3,1\n"), HasSubstr("unknown column 'smr'"));
+}
+
+TEST(TargetFile, TakesOrientationsWhoseNamesSayWhichTheyAre) {
+  const TableReading reading;
+  const auto pose = [&](const std::string& text) {
+    std::istringstream in{text};
+    TargetReader reader{
+        in, "targets.csv", {.of_joints = false, .whole_poses_alone = false, .reading = &reading}};
+    return reader.next()->numbers;
+  };
+  const std::vector<double> abc{1, 2, 3, 90, 0, 0};
+  const auto near = testing::Pointwise(testing::DoubleNear(1e-9), abc);
+  EXPECT_THAT(pose("X [mm];Y [mm];Z [mm];qw;qx;qy;qz\n1;2;3;0,70710678118654752;0;0;0,70710678118654752\n"),
+              near);
+  EXPECT_THAT(pose("x,y,z,roll,pitch,yaw\n1,2,3,0,0,90\n"), near);
+  EXPECT_THAT(pose("X\tY\tZ\tW\tP\tR\n1\t2\t3\t0\t0\t90\n"), near);
+  EXPECT_THAT(pose("pose\n{E6POS: X 1.0,Y 2.0,Z 3.0,A 90.0,B 0.0,C 0.0,S 2,T 10,E1 0.0}\n"), near);
+  const auto refused = [&](const std::string& text) { return error_of([&] { pose(text); }, "targets.csv"); };
+  EXPECT_THAT(refused("x,y,z,rx,ry,rz\n1,2,3,0,0,1.57\n"),
+              testing::HasSubstr("may be a rotation vector (rad, Universal Robots) or angles"));
+  EXPECT_THAT(refused("x,y,z,roll,pitch,yaw\n1,2,3,0,0,1.57\n"),
+              testing::HasSubstr("roll, pitch, yaw: no angle is beyond 1.57: they may be deg or rad"));
+  EXPECT_THAT(refused("x,y,z,qw,qx,qy,qz\n1,2,3,1,1,0,0\n"),
+              testing::HasSubstr("the quaternion has the length 1.414, expected 1"));
 }
 
 }  // namespace
