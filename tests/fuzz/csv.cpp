@@ -8,6 +8,7 @@
 #include "config/csv_reader.hpp"
 #include "config/frame_file.hpp"
 #include "config/measurement_file.hpp"
+#include "config/table_reading.hpp"
 #include "config/target_file.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "tests/fuzz/target.hpp"
@@ -80,6 +81,11 @@ void csv(std::string_view input) {
   outcome([&] { return std::to_string(config::load_points(file).size()); });
   outcome([&] { return targets(text, {}); });
   outcome([&] { return targets(text, {.arm = &robot, .of_joints = false, .whole_poses_alone = false}); });
+  const config::TableReading reading;  // of files that other programs wrote
+  outcome([&] { return std::to_string(config::load_joints(file, robot, &reading).size()); });
+  outcome([&] { return std::to_string(config::load_points(file, &reading).size()); });
+  outcome([&] { return targets(text, {.reading = &reading}); });
+  outcome([&] { return written(config::load_measurements(file, robot, &reading), robot); });
   const std::string once = outcome([&] { return written(config::load_measurements(file, robot), robot); });
   if (is_refused(once)) return;
   const std::filesystem::path again = folder.write("written.csv", once);

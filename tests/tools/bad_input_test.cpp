@@ -30,7 +30,7 @@ void expect_one_line(const Finished& run, int exit_code, const std::string& line
   EXPECT_EQ(run.out, "");
 }
 
-TEST_F(BadInput, ACsvInUtf16) {
+TEST_F(BadInput, OfACsvInUtf16IsThatOfWhatIsInIt) {
   for (const bool is_little : {true, false}) {
     std::string text(is_little ? "\xFF\xFE" : "\xFE\xFF");
     for (const char c : std::string(kHeader) + "1,2,3,4,5,6,7,8,9\n") {
@@ -38,9 +38,11 @@ TEST_F(BadInput, ACsvInUtf16) {
       text += c;
       if (is_little) text += '\0';
     }
-    expect_one_line(calibrate_data(text), 2,
-                    path("data.csv") + ": is in UTF-16 (byte order mark " + (is_little ? "FF FE" : "FE FF") +
-                        "), save it as UTF-8");
+    const Finished run = calibrate_data(text);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_EQ(run.err, path("data.csv") + ": read as: UTF-16\ntruepose: " + path("data.csv") +
+                           ": 1 poses to identify from; base and reflector alone need 5\n");
+    EXPECT_EQ(run.out, "");
   }
 }
 
