@@ -11,10 +11,10 @@ namespace {
 
 /// Half a digit of the four that are sent, twice.
 constexpr double kRounding_deg = 1.01e-4;
-// A correction that moves nothing is held after 2 s (docs/stream.md). So many cycles are long enough for what
-// the lag of the drives hides at first.
+// A correction that moves nothing is held after 2 s (docs/stream.md); so many cycles are enough for what the
+// lag of the drives hides at first.
 constexpr int kNoticed = 2500;
-constexpr double kLarge_deg = 0.1;
+constexpr double kMuch_deg = 0.1, kHeld_deg = 0.01;
 
 }  // namespace
 
@@ -26,7 +26,6 @@ void StreamJudge::see(const RsiCycle& cycle) {
   const auto where = [&] {
     return "session " + std::to_string(cycle.session) + ", cycle " + std::to_string(cycles);
   };
-  double step_deg = 0;
   for (std::size_t i = 0; i < in_effect_deg.size(); ++i) {
     if (cycle.reply.empty()) break;  // the controller holds what it has
     const auto deg = rsi_attribute(cycle.reply, "AK", "A" + std::to_string(i + 1));
@@ -38,18 +37,29 @@ void StreamJudge::see(const RsiCycle& cycle) {
     if (step > max_step_deg_ + kRounding_deg)
       broken.push_back(where() + ": axis " + std::to_string(i + 1) + " steps by " + std::to_string(step) +
                        " deg");
-    step_deg = std::max(step_deg, step);
+    largest_step_deg = std::max(largest_step_deg, step);
     largest_deg = std::max(largest_deg, std::abs(*deg));
     in_effect_deg[i] = *deg;
   }
-  largest_step_deg = std::max(largest_step_deg, step_deg);
-  const double largest_deg_now =
-      std::abs(*std::ranges::max_element(in_effect_deg, {}, [](double deg) { return std::abs(deg); }));
-  ignored_ = cycle.ignored && !cycle.reply.empty() && largest_deg_now > kLarge_deg ? ignored_ + 1 : 0;
-  if (ignored_ > kNoticed && step_deg > kRounding_deg)
-    broken.push_back(where() + ": a correction that moves nothing is not held");
+  judge_effect(cycle, in_effect_deg, where());
   if (cycle.end != sim::RsiEnd::Off) return;
   for (const double deg : in_effect_deg) largest_left_deg = std::max(largest_left_deg, std::abs(deg));
+}
+
+/// A correction of which much has moved nothing for long is held.
+void StreamJudge::judge_effect(const RsiCycle& cycle, const Axes& sent_deg, const std::string& where) {
+  const auto difference_deg = [&](const Axes& other_deg) {
+    double largest = 0;
+    for (std::size_t i = 0; i < sent_deg.size(); ++i)
+      largest = std::max(largest, std::abs(sent_deg[i] - other_deg[i]));
+    return largest;
+  };
+  if (!cycle.ignored) moved_deg_ = sent_deg;
+  const bool is_missing = cycle.ignored && !cycle.reply.empty() && difference_deg(moved_deg_) > kMuch_deg;
+  ignored_ = is_missing ? ignored_ + 1 : 0;
+  if (ignored_ == kNoticed) held_deg_ = sent_deg;
+  if (ignored_ > kNoticed && difference_deg(held_deg_) > kHeld_deg)
+    broken.push_back(where + ": a correction that moves nothing is not held");
 }
 
 }  // namespace truepose::world
