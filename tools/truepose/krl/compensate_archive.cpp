@@ -11,6 +11,7 @@
 #include "proto/record/json_io.hpp"
 #include "tools/truepose/krl/program_report.hpp"
 #include "tools/truepose/offline/compensate.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -159,6 +160,7 @@ int run_compensate_archive(const CompensateOptions& options, const RobotModel& n
     std::cout << control::json_text(record::to_json(ArchiveDocument{program, {done, places}})) << '\n';
   } else {
     std::cout << archive_summary(options.archive.string(), program, done, places);
+    if (!done.edits.empty()) note_written({options.out_file});
   }
   const auto uncorrected = std::ranges::count_if(done.left, &krl::LeftAlone::absolute);
   if (uncorrected == 0 && program.unread.empty()) return kDone;

@@ -8,6 +8,7 @@
 #include "proto/record/json_io.hpp"
 #include "tools/truepose/krl/program_report.hpp"
 #include "tools/truepose/offline/compensate.hpp"
+#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -125,6 +126,8 @@ int run_compensate_program(const CompensateOptions& options, const RobotModel& n
     std::cout << control::json_text(record::to_json(ProgramDocument{*done, places})) << '\n';
   } else {
     std::cout << program_summary(options.src.string(), *done, places);
+    note_written({options.out_file});
+    for (const std::string& file : options.out_dats) note_written({file});
   }
   const auto uncorrected = std::ranges::count_if(done->left, &krl::LeftAlone::absolute);
   if (uncorrected == 0) return kDone;
