@@ -35,29 +35,29 @@ Vector3d square_to(const Vector3d& v, const Vector3d& z) { return v - z * z.dot(
 
 double angle_without_rounding(double rad) { return without_rounding(rad * kDegPerRad) * kRadPerDeg; }
 
+/// Beta with an x axis (cos beta, 0, -sin beta) that is square to the line. Where the line's direction is
+/// along y it says little, and the line's foot, which lies on that axis, says it.
+double beta_to(const Vector3d& foot, const Vector3d& direction) {
+  const double in_plane = std::hypot(direction.x(), direction.z());
+  double beta = 0;
+  if (in_plane < 0.5 && foot.norm() > kNoLength) {
+    if (std::abs(foot.z()) > kNoLength) beta = std::atan2(-foot.z(), foot.x());
+  } else if (std::abs(direction.x()) > kNoAngle) {
+    beta = std::atan2(direction.x(), direction.z());
+  }
+  return std::abs(beta) > std::numbers::pi / 2 + kNoAngle ? beta - std::copysign(std::numbers::pi, beta)
+                                                          : beta;
+}
+
 /// Beta, alpha and a that lead from frame X to a line which stands in that frame's xz plane.
 void lead_to(const Line& line, const Eigen::Isometry3d& X, Joint& row) {
   const Eigen::Matrix3d R = X.linear().transpose();
   const Vector3d foot = R * (line.foot_of(X.translation()) - X.translation());
   const Vector3d direction = R * line.direction;
-  row.a_mm = 0;
-  row.beta_rad = 0;
-  if (foot.norm() > kNoLength) {
-    row.a_mm = foot.norm();
-    row.beta_rad = std::abs(foot.z()) > kNoLength ? std::atan2(-foot.z(), foot.x())
-                   : foot.x() < 0                 ? std::numbers::pi
-                                                  : 0;
-  } else if (std::abs(direction.x()) > kNoAngle) {
-    row.beta_rad = std::atan2(direction.x(), direction.z());
-  }
-  if (std::abs(row.beta_rad) > std::numbers::pi / 2 + kNoAngle) {
-    row.a_mm = -row.a_mm;
-    row.beta_rad -= std::copysign(std::numbers::pi, row.beta_rad);
-  }
+  row.beta_rad = angle_without_rounding(beta_to(foot, direction));
+  row.a_mm = without_rounding(foot.x() * std::cos(row.beta_rad) - foot.z() * std::sin(row.beta_rad));
   const Vector3d tilted = Eigen::AngleAxisd{-row.beta_rad, Vector3d::UnitY()} * direction;
   row.alpha_rad = angle_without_rounding(std::atan2(-tilted.y(), tilted.z()));
-  row.beta_rad = angle_without_rounding(row.beta_rad);
-  row.a_mm = without_rounding(row.a_mm);
 }
 
 /// Theta and d that turn and shift a frame on its z axis to have this origin and x axis.

@@ -4,6 +4,7 @@
 #include "config/model_file.hpp"
 #include "config/robot_file.hpp"
 #include "config/text_file.hpp"
+#include "core/arm/forward.hpp"
 #include "tests/process.hpp"
 #include "tests/temp_folder.hpp"
 
@@ -42,6 +43,32 @@ TEST_F(Export, WritesUrdfAndParametersOfAModel) {
 TEST_F(Export, WritesOneOfThemAlone) {
   EXPECT_EQ(run_program("truepose", {"export", "--model", file_, "--csv", path("p.csv")}).exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(path("a.urdf")));
+}
+
+TEST_F(Export, WritesTablesThatImportToTheSameArm) {
+  model_.cell.robot.joints[2].a_mm += 0.123;
+  model_.cell.robot.joints[2].beta_rad = 1e-3;
+  file_ = folder_.write("model.yaml", config::model_yaml(model_));
+  const Finished run = run_program("truepose", {"export", "--model", file_, "--dh", path("dh.csv"),
+                                                "--robodk", path("robodk.csv"), "--kuka", path("kuka.csv")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("a DH table has no deviations of joints"), std::string::npos);
+  for (const char* table : {"dh.csv", "robodk.csv"}) {
+    EXPECT_EQ(run_program("truepose",
+                          {"robot", "import", path(table), "--dh", "modified", "--out", path("arm.yaml")})
+                  .exit_code,
+              0);
+    const RobotModel arm = config::load_robot(path("arm.yaml"));
+    const JointVector q = JointVector::LinSpaced(6, -1, 1);
+    RobotModel geometry = model_.cell.robot;
+    geometry.deviation.clear();
+    EXPECT_LT(
+        (forward_kinematics(arm, q).translation() - forward_kinematics(geometry, q).translation()).norm(),
+        1e-9)
+        << table;
+  }
+  EXPECT_EQ(config::read_text_file(path("kuka.csv")),
+            config::kuka_corrections_csv(model_.parameters, model_.cell.robot));
 }
 
 TEST_F(Export, SaysWhyAFileCannotBeReadOrWritten) {

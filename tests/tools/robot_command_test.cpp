@@ -112,5 +112,95 @@ TEST_F(RobotFixCommand, DataCheckShowsWhatAFileIsUnderstoodAs) {
   EXPECT_THAT(right.out, HasSubstr("\"rows\":40"));
 }
 
+/// A robot command in a folder of its own.
+class RobotCommands : public testing::Test {
+ protected:
+  std::string path(const std::string& name) { return folder_.path() / name; }
+  TempFolder folder_;
+};
+
+constexpr char kUr10Table[] =
+    "a,alpha,d,theta\n0,90,127.3,0\n-612,0,0,0\n-572.3,0,0,0\n0,90,163.941,0\n0,-90,115.7,0\n0,0,92.2,0\n";
+constexpr char kJoints[] = "q1,q2,q3,q4,q5,q6\n0,-90,90,0,0,0\n30,-70,60,20,40,10\n-50,-100,110,-60,-30,80\n";
+
+TEST_F(RobotCommands, ImportWritesARobotFileAndPrintsThreePosesToCompare) {
+  const std::string table = folder_.write("ur10.csv", kUr10Table);
+  const Finished run = run_program("truepose", {"robot", "import", table, "--dh", "standard", "--units",
+                                                "mm,deg", "--name", "UR10", "--out", path("arm.yaml")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr(path("arm.yaml") + ": UR10, 6 joints, written"));
+  EXPECT_THAT(run.out, HasSubstr("  q 0, 0, 0, 0, 0, 0: x -1184.300 y -256.141 z 11.600 mm"));
+  EXPECT_THAT(run.out, HasSubstr("no limits or speeds in the table: enter those of the data sheet"));
+  EXPECT_THAT(text_of(path("arm.yaml")), StartsWith("# UR10, imported from ur10.csv\n"));
+  const RobotModel robot = config::load_robot(path("arm.yaml"));
+  EXPECT_EQ(robot.joints[2].a_mm, -612);
+}
+
+TEST_F(RobotCommands, ImportAsksWhereASourceLeavesAChoice) {
+  const std::string table = folder_.write("ur10.csv", kUr10Table), text = folder_.write("arm.txt", "");
+  const auto error = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"robot", "import"});
+    words.insert(words.end(), {"--out", path("arm.yaml")});
+    const Finished run = run_program("truepose", words);
+    EXPECT_EQ(run.exit_code, 2) << run.err;
+    return run.err;
+  };
+  EXPECT_THAT(error({table}), HasSubstr("which convention has this table? Give --dh standard"));
+  EXPECT_THAT(error({table, "--dh", "modified"}), HasSubstr("no unit is said"));
+  EXPECT_THAT(error({table, "--dh", "modified", "--units", "mm"}),
+              HasSubstr("--units: expected a length and an angle"));
+  EXPECT_THAT(error({table, "--dh", "standard", "--units", "mm,deg", "--coupling", "2,3,1"}),
+              HasSubstr("--coupling: expected a joint, one before it"));
+  EXPECT_THAT(error({text}), HasSubstr("not a kind of file that can be imported"));
+  EXPECT_FALSE(std::filesystem::exists(path("arm.yaml")));
+}
+
+TEST_F(RobotCommands, ListShowAndNewSayWhichRobotsThereAre) {
+  const Finished list = run_program("truepose", {"robot", "list"});
+  EXPECT_EQ(list.exit_code, 0);
+  EXPECT_THAT(list.out, HasSubstr("\nkr210_r2700_2 "));
+  const Finished shown = run_program("truepose", {"robot", "show", "m20ia"});
+  EXPECT_EQ(shown.exit_code, 0);
+  EXPECT_THAT(shown.out, HasSubstr("m20ia.yaml: FANUC M-20iA\n"));
+  EXPECT_THAT(shown.out, HasSubstr("coupling {joint: 3, to: 2, factor: 1}"));
+  const Finished unknown = run_program("truepose", {"robot", "show", "m20ib"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("did you mean 'm20ia'?"));
+  EXPECT_EQ(
+      run_program("truepose", {"robot", "new", "--name", "own", "--joints", "4", "--out", path("own.yaml")})
+          .exit_code,
+      0);
+  EXPECT_EQ(config::load_robot(path("own.yaml")).joint_count(), 4);
+}
+
+TEST_F(RobotCommands, CheckNamesTheRowThatDoesNotFitThePendant) {
+  const std::string joints = folder_.write("J.csv", kJoints);
+  std::string poses = run_program("truepose", {"fk", "--robot", "kr210_r2700_2", "--joints", joints}).out;
+  ASSERT_TRUE(poses.starts_with("x,y,z,a,b,c\n"));
+  poses = folder_.write("P.csv", "X,Y,Z,A,B,C" + poses.substr(11));
+  const Finished fits =
+      run_program("truepose", {"robot", "check", "kr210_r2700_2", "--joints", joints, "--poses", poses});
+  EXPECT_EQ(fits.exit_code, 0) << fits.err;
+  EXPECT_THAT(fits.out, HasSubstr("largest difference 0.000 mm, 0.0000 deg (limits 0.5 mm, 0.05 deg)"));
+
+  std::string text = text_of(kRobot);
+  text.replace(text.find("d: 1220"), 7, "d: 1200");
+  const std::string wrong = folder_.write("wrong.yaml", text);
+  const Finished misses =
+      run_program("truepose", {"robot", "check", wrong, "--joints", joints, "--poses", poses});
+  EXPECT_EQ(misses.exit_code, 1);
+  EXPECT_THAT(misses.out, HasSubstr("largest difference 20.000 mm"));
+  EXPECT_EQ(misses.err, "truepose: " + wrong +
+                            ": does not fit the pendant: change row 4: d +20.000 mm (leaves 0.000 mm)\n");
+
+  const Finished other =
+      run_program("truepose", {"robot", "check", "kr16_2", "--joints", joints, "--poses", poses});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("no single row explains it. Check signs and zeros of all joints"));
+  const std::string fewer = folder_.write("fewer.csv", "X,Y,Z,A,B,C\n1,2,3,4,5,6\n");
+  EXPECT_THAT(run_program("truepose", {"robot", "check", wrong, "--joints", joints, "--poses", fewer}).err,
+              HasSubstr("J.csv has 3 rows, "));
+}
+
 }  // namespace
 }  // namespace truepose
