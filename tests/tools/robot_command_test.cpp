@@ -119,12 +119,13 @@ class RobotCommands : public testing::Test {
   TempFolder folder_;
 };
 
-constexpr char kUr10Table[] =
+constexpr char kTableOfUr10[] =
     "a,alpha,d,theta\n0,90,127.3,0\n-612,0,0,0\n-572.3,0,0,0\n0,90,163.941,0\n0,-90,115.7,0\n0,0,92.2,0\n";
-constexpr char kJoints[] = "q1,q2,q3,q4,q5,q6\n0,-90,90,0,0,0\n30,-70,60,20,40,10\n-50,-100,110,-60,-30,80\n";
+constexpr char kShownJoints[] =
+    "q1,q2,q3,q4,q5,q6\n0,-90,90,0,0,0\n30,-70,60,20,40,10\n-50,-100,110,-60,-30,80\n";
 
 TEST_F(RobotCommands, ImportWritesARobotFileAndPrintsThreePosesToCompare) {
-  const std::string table = folder_.write("ur10.csv", kUr10Table);
+  const std::string table = folder_.write("ur10.csv", kTableOfUr10);
   const Finished run = run_program("truepose", {"robot", "import", table, "--dh", "standard", "--units",
                                                 "mm,deg", "--name", "UR10", "--out", path("arm.yaml")});
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -137,7 +138,7 @@ TEST_F(RobotCommands, ImportWritesARobotFileAndPrintsThreePosesToCompare) {
 }
 
 TEST_F(RobotCommands, ImportAsksWhereASourceLeavesAChoice) {
-  const std::string table = folder_.write("ur10.csv", kUr10Table), text = folder_.write("arm.txt", "");
+  const std::string table = folder_.write("ur10.csv", kTableOfUr10), text = folder_.write("arm.txt", "");
   const auto error = [&](std::vector<std::string> words) {
     words.insert(words.begin(), {"robot", "import"});
     words.insert(words.end(), {"--out", path("arm.yaml")});
@@ -174,7 +175,7 @@ TEST_F(RobotCommands, ListShowAndNewSayWhichRobotsThereAre) {
 }
 
 TEST_F(RobotCommands, CheckNamesTheRowThatDoesNotFitThePendant) {
-  const std::string joints = folder_.write("J.csv", kJoints);
+  const std::string joints = folder_.write("J.csv", kShownJoints);
   std::string poses = run_program("truepose", {"fk", "--robot", "kr210_r2700_2", "--joints", joints}).out;
   ASSERT_TRUE(poses.starts_with("x,y,z,a,b,c\n"));
   poses = folder_.write("P.csv", "X,Y,Z,A,B,C" + poses.substr(11));
