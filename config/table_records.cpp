@@ -21,6 +21,8 @@ struct Cut {
 constexpr std::array kCuts{Cut{"semicolons", ';'}, Cut{"tabs", '\t'}, Cut{"", ','}, Cut{"blanks", '\t', 2},
                            Cut{"blanks", '\t', 1}};
 
+constexpr double kEnough = 0.5;  // of the fields are numbers: then blanks are parts of names
+
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
 /// The lines of a text one by one, each with its end.
@@ -85,24 +87,33 @@ std::vector<CsvRow> records_by(const Cut& cut, std::string_view text, const std:
 }
 
 bool is_value(const std::string& field) {
-  return number_marks(field) || field.starts_with('{') || number_marks(without_unit(field).first);
+  if (field.starts_with('{')) return true;
+  const auto number = number_marks(without_unit(field).first);
+  return number && !(number->has_groups && field.contains(' '));
 }
 
-/// Part of the fields that are numbers, over all records with more than one.
+/// Part of the fields that are numbers, over all records. One number alone is that of a title.
 double share_of_numbers(const Cut& cut, std::string_view sample, const std::string& file) {
   double sum = 0, rows = 0;
   try {
     for (const CsvRow& row : records_by(cut, sample, file)) {
-      if (is_comment(row)) continue;
-      ++rows;
       const auto filled = std::ranges::count_if(row.fields, [](const auto& field) { return !field.empty(); });
-      if (filled < 2) continue;
-      sum += static_cast<double>(std::ranges::count_if(row.fields, is_value)) / static_cast<double>(filled);
+      if (filled == 0 || is_comment(row)) continue;
+      ++rows;
+      const auto numbers = std::ranges::count_if(row.fields, is_value);
+      if (numbers > 1) sum += static_cast<double>(numbers) / static_cast<double>(filled);
     }
   } catch (const ConfigError&) {
     return 0;  // by this separator a quote stays open
   }
   return rows > 0 ? sum / rows : 0;
+}
+
+/// Of a file without numbers: the one of which there are most in its first line.
+const Cut* cut_of_names(std::string_view sample) {
+  const std::string_view line = sample.substr(0, sample.find('\n'));
+  return &*std::ranges::max_element(kCuts.begin(), kCuts.begin() + 3, {},
+                                    [&](const Cut& cut) { return std::ranges::count(line, cut.separator); });
 }
 
 bool is_digit_of_number(char c) { return c >= '0' && c <= '9'; }
@@ -122,11 +133,11 @@ TableRecords table_records(std::string text, const std::string& file) {
   double most = 1e-9;
   for (const Cut& cut : kCuts) {
     const double share = share_of_numbers(cut, sample, file);
-    if (share <= most + 1e-9) continue;
+    if (share <= most + 1e-9 || (cut.blanks > 0 && most > kEnough)) continue;
     most = share;
     best = &cut;
   }
-  if (!best) best = &kCuts[2];
+  if (!best) best = cut_of_names(sample);
   return {records_by(*best, text, file), best->name};
 }
 
