@@ -144,7 +144,8 @@ bool has_faulty_own_names(const std::vector<std::string>& headers, const TableFo
   for (auto name = headers.begin(); name != headers.end(); ++name) {
     if (!name->empty() && std::find(headers.begin(), name, *name) != name) return true;
     if (name->empty() || is_own(*name)) continue;
-    if (is_own_column_name(*name) || !suggestion(*name, form.known).empty()) return true;
+    const bool is_misspelt = column_name(*name).name.empty() && !suggestion(*name, form.known).empty();
+    if (is_own_column_name(*name) || is_misspelt) return true;
   }
   return std::ranges::none_of(form.needed, [&](const auto& names) {
     return std::ranges::all_of(

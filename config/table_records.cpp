@@ -133,7 +133,7 @@ TableRecords table_records(std::string text, const std::string& file) {
   double most = 1e-9;
   for (const Cut& cut : kCuts) {
     const double share = share_of_numbers(cut, sample, file);
-    if (share <= most + 1e-9 || (cut.blanks > 0 && most > kEnough)) continue;
+    if (share <= most + 1e-9 || (cut.blanks > 0 && best && best->blanks == 0 && most > kEnough)) continue;
     most = share;
     best = &cut;
   }
