@@ -142,7 +142,7 @@ double thread_time_s() {
 ExperimentResult result_of(const Options& options) {
   const RobotModel robot =
       options.robot_file.empty() ? published_arm() : config::load_robot(options.robot_file);
-  tools::ProgressLine line;
+  tools::ProgressLine line{"experiment"};
   const ExperimentHooks hooks{
       .clock_s = thread_time_s,
       .progress = [&](double share, std::string_view doing) { line.show(share, doing); },

@@ -145,7 +145,7 @@ Command robot_import_command() {
            Option("--arg", &c.arguments, "xacro: an argument", {.type = "NAME=VALUE", .repeats = true}),
            Option("--masses", &c.urdf.takes_masses,
                   "URDF: takes the masses of the links too, which many files only make up"),
-           Option("--dh", &c.dh, "DH table: its convention", {.check = member_of({"standard", "modified"})}),
+           Option("--dh", &c.dh, "DH table: its convention", {.check = available({"standard", "modified"})}),
            Option("--units", &c.units, "DH table: of columns without a unit in their name",
                   {.type = "LENGTH,ANGLE"}),
            Option("--coupling", &c.coupling,
