@@ -8,7 +8,7 @@
 
 namespace truepose::tools {
 
-/// The program of this installation with this name: beside the running one, else in PATH.
+/// The program of this installation with this name: in the folder of the running one, else in PATH.
 /// @param package  Debian package that has it, for the error
 /// Throws CommandError (kBadInput) where it is in neither.
 std::filesystem::path installed_program(const std::string& name, const std::string& package);
