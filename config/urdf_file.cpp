@@ -10,6 +10,7 @@
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_axes.hpp"
 #include "core/math/angles.hpp"
+#include "core/math/rounding.hpp"
 #include "proto/xml/scanner.hpp"
 
 namespace truepose::config {
@@ -237,8 +238,9 @@ ImportedArm load_urdf(const std::filesystem::path& file, const UrdfOptions& opti
   arm.notes.insert(arm.notes.begin(), "base: link " + base + "; flange: link " + tip);
   if (const Eigen::Vector3d p = rows.X_base.translation(); p.norm() > 0)
     arm.notes.push_back("the base frame of this file is shifted to the first axis: it stands at x " +
-                        format_number(p.x()) + ", y " + format_number(p.y()) + ", z " + format_number(p.z()) +
-                        " mm of link " + base);
+                        format_number(without_rounding(p.x())) + ", y " +
+                        format_number(without_rounding(p.y())) + ", z " +
+                        format_number(without_rounding(p.z())) + " mm of link " + base);
   if (options.takes_masses) {
     for (Eigen::Isometry3d& X_link : X_links) X_link = inverse_of(rows.X_base) * X_link;
     take_masses(urdf, moving, X_links, arm.robot);

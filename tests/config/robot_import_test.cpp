@@ -267,6 +267,15 @@ TEST(XacroExpression, HasTheArithmeticOfPublicDescriptions) {
   EXPECT_EQ(value(std::string(5000, '(')), "! is nested too deeply");
 }
 
+TEST_F(Xacro, SaysWhereTheBaseStandsWhereNoRowReachesTheFirstAxis) {
+  const ImportedArm arm = load(R"xml(<robot name="aside"><link name="a"/><link name="b"/>
+    <joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0.1 0.2 0.3"/><axis xyz="0 0 1"/>
+      <limit lower="-1" upper="1" velocity="1"/></joint></robot>)xml");
+  EXPECT_THAT(arm.notes.back(), HasSubstr("it stands at x 100, y 200, z 0 mm of link a"));
+  EXPECT_EQ(arm.robot.joints[0].d_mm, 300);
+  EXPECT_EQ(arm.robot.joints[0].a_mm, 0);
+}
+
 TEST_F(Xacro, ReadsAnExportedUrdfBackToTheSameForwardKinematics) {
   Random random{8};
   for (const RobotModel& nominal :
