@@ -1,5 +1,6 @@
 // An arm from a file of another program, as a robot file.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
@@ -97,6 +98,9 @@ std::vector<JointVector> positions_to_compare(const RobotModel& robot) {
   return positions;
 }
 
+/// As it is printed: a zero has no sign.
+double printed(double value) { return std::round(value * 1e4) / 1e4 + 0.0; }
+
 void print_positions(const RobotModel& robot) {
   std::printf("Compare with the pendant (base and tool zero):\n");
   for (const JointVector& q : positions_to_compare(robot)) {
@@ -105,8 +109,8 @@ void print_positions(const RobotModel& robot) {
       joints += formatted(joints.empty() ? "%.0f" : ", %.0f", each + 0.0);
     const Eigen::Isometry3d X = forward_kinematics(robot, q);
     const Eigen::Vector3d p = X.translation(), abc = kuka_abc_deg(X.linear());
-    std::printf("  q %s: x %.3f y %.3f z %.3f mm, a %.4f b %.4f c %.4f deg\n", joints.c_str(), p.x() + 0.0,
-                p.y() + 0.0, p.z() + 0.0, abc.x() + 0.0, abc.y() + 0.0, abc.z() + 0.0);
+    std::printf("  q %s: x %.3f y %.3f z %.3f mm, a %.4f b %.4f c %.4f deg\n", joints.c_str(), printed(p.x()),
+                printed(p.y()), printed(p.z()), printed(abc.x()), printed(abc.y()), printed(abc.z()));
   }
 }
 
