@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -198,6 +199,23 @@ double factor_of(const ForeignTable& table, std::size_t column, const TableForm&
   return unit == "rad" ? kDegPerRad : unit == "m" ? kMmPerMetre : unit == "cm" ? 10 : kMmPerInch;
 }
 
+/// Refuses joints or coordinates of which some say another unit than deg and mm, and some say none.
+void expect_units_of_all(const ForeignTable& table, bool (*is_of_kind)(const std::string& name)) {
+  std::optional<std::size_t> stated, silent;
+  for (std::size_t k = 0; k < table.columns.size(); ++k) {
+    const auto& [name, unit] = table.columns[k];
+    if (!is_of_kind(name)) continue;
+    if (unit.empty()) silent = silent.value_or(k);
+    if (!unit.empty() && unit != "deg" && unit != "mm") stated = stated.value_or(k);
+  }
+  if (stated && silent)
+    table.fail("column " + in_quotes(table.headers[*stated]) + " is in " + table.columns[*stated].unit +
+               ", and " + in_quotes(table.headers[*silent]) + " says no unit: name the unit of all");
+}
+
+bool is_joint_column(const std::string& name) { return is_axis_of_no_arm(name) && name[0] == 'q'; }
+bool is_coordinate(const std::string& name) { return name == "x" || name == "y" || name == "z"; }
+
 bool has_all(const ForeignTable& table, const std::vector<std::string>& names) {
   return std::ranges::all_of(names,
                              [&](const auto& name) { return table.find(name) < table.columns.size(); });
@@ -375,6 +393,10 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
     notes.add_if(!how.empty(), how);
   }
   expect_needed(table, form);
+  if (!reading.units) {
+    expect_units_of_all(table, is_joint_column);
+    expect_units_of_all(table, is_coordinate);
+  }
   std::vector<std::string> left_out;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     if (form.knows(table.columns[k].name)) continue;

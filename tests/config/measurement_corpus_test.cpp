@@ -324,6 +324,8 @@ std::vector<CorpusFile> files_that_are_refused() {
        s.with_header(plus(six("A", " (deg)"), kXyzMm)).text(),
        "column 'A1 (deg)' says deg, and --units says rad",
        {.units = TableUnits{"rad", "mm"}}},
+      {"one joint in rad", s.with_header(plus({"A1 (rad)", "A2", "A3", "A4", "A5", "A6"}, kXyz)).text(),
+       "column 'A1 (rad)' is in rad, and 'A2' says no unit: name the unit of all"},
       {"joints in mm", s.with_header(plus(six("A", " (mm)"), kXyzMm)).text(),
        "column 'A1 (mm)' is in mm, and q1 is an angle"},
       {"points in deg", s.with_header(plus(six("A"), {"x_deg", "y_deg", "z_deg"})).text(),
