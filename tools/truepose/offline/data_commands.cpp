@@ -233,8 +233,8 @@ int run_data_check(const DataCheck& command) {
     read_as += (read_as.empty() ? "" : "; ") + line;
   };
   const RobotModel* arm = robot ? &*robot : nullptr;
-  const DataSummary summary =
-      summary_of(config::read_table(command.file, form_of(arm), &reading), arm, read_as);
+  const config::CsvTable table = config::read_table(command.file, form_of(arm), &reading);
+  const DataSummary summary = summary_of(table, arm, read_as);
   if (command.as_json)
     std::cout << control::json_text(record::to_json(summary)) << '\n';
   else
