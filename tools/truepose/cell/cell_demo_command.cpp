@@ -246,7 +246,7 @@ Command cell_demo_command() {
                              {.shows_default = true, .check = in_range(0.1, 10000.0)}),
                       Option("--arm", &c.arm,
                              "heavy: its joints also bend, have backlash and gear harmonics; 80 poses",
-                             {.shows_default = true, .check = member_of({"rigid", "heavy"})}),
+                             {.shows_default = true, .check = available({"rigid", "heavy"})}),
                       Option("--production", &c.production,
                              "Also correct a program while it works (KRL), in real time: two minutes more"),
                       Option("--data", &c.data, "Folder of the installed cell.yaml, robots, kuka, scenarios",

@@ -285,7 +285,7 @@ Command cell_new_command() {
                   option("--control", c.control, "Control port of the daemon", "HOST[:PORT]"),
                   option("--kss", c.kss, "Version of the controller's software", "VERSION"),
                   Option("--protocol", &c.protocol, "Protocol of the tracker",
-                         {.shows_default = true, .check = member_of({"emscon", "bridge"})}),
+                         {.shows_default = true, .check = available({"emscon", "bridge"})}),
                   Option("--out", &c.folder, "Folder for the files; of the service: /etc/truepose",
                          {.shows_default = true, .type = "DIR"}),
                   Option("--data", &c.data, "Folder of the installed cell.yaml and robots", {.type = "DIR"})},
