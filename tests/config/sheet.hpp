@@ -12,6 +12,13 @@
 
 namespace truepose::config {
 
+using Names = std::vector<std::string>;
+
+inline Names plus(Names names, const Names& more) {
+  names.insert(names.end(), more.begin(), more.end());
+  return names;
+}
+
 /// A sheet of measurements as text, from which the files of a corpus are made: joints of six axes in deg and
 /// points in mm, the numbers of one correct file.
 struct Sheet {

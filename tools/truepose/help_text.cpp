@@ -173,7 +173,10 @@ std::string program_help(const CommandLine& line, std::size_t width) {
                                  {"compensate arm.yaml model.yaml --poses targets.csv"}},
                                 width));
   text += section("Start here, with a cell",
-                  examples_text({{"doctor cell.yaml"}, {"campaign start --watch"}}, width));
+                  examples_text({{"cell demo", "A simulated one, measured and calibrated"},
+                                 {"doctor cell.yaml"},
+                                 {"campaign start --watch"}},
+                                width));
   for (const auto& [task, title] : kTasks) {
     std::string rows;
     for (const Command& command : line.commands)

@@ -233,7 +233,9 @@ int run_demo(const CellDemo& demo) {
 
 }  // namespace
 
-Command cell_commands() { return {.name = "cell", .help = "Set up a cell"}; }
+Command cell_commands() {
+  return {.name = "cell", .help = "A simulated cell, and the files of a real one", .task = Task::Cell};
+}
 
 Command cell_demo_command() {
   const auto command = std::make_shared<CellDemo>();

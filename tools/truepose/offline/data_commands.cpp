@@ -258,7 +258,8 @@ Command data_check_command() {
                              {.file = FileUse::Read}),
                       columns_option(c.table), units_option(c.table),
                       Option("--json", &c.as_json, "One JSON document")},
-          .run = [command] { return run_data_check(*command); }};
+          .run = [command] { return run_data_check(*command); },
+          .examples = {{"data check points.csv --robot arm.yaml"}}};
 }
 
 }  // namespace truepose::tools

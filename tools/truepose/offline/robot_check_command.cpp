@@ -145,7 +145,8 @@ Command robot_check_command() {
                          {.shows_default = true, .check = in_range(1e-6, 1000.0), .type = "MM"}),
                   Option("--tolerance-deg", &c.tolerance_deg, "Largest difference of an orientation in deg",
                          {.shows_default = true, .check = in_range(1e-6, 180.0), .type = "DEG"})},
-      .run = [command] { return run_check(*command); }};
+      .run = [command] { return run_check(*command); },
+      .examples = {{"robot check arm.yaml --joints joints.csv --poses poses.csv"}}};
 }
 
 }  // namespace truepose::tools

@@ -155,7 +155,9 @@ Command robot_import_command() {
            Option("--coupling", &c.coupling,
                   "Joint that another one moves too, and by which factor: FANUC's is 3,2,1",
                   {.type = "JOINT,TO,FACTOR", .count = 3})},
-      .run = [command] { return run_import(*command); }};
+      .run = [command] { return run_import(*command); },
+      .examples = {{"robot import archive.zip -o arm.yaml", "The arm of a KUKA archive"},
+                   {"robot import table.csv --dh standard --units m,rad -o arm.yaml"}}};
 }
 
 }  // namespace truepose::tools

@@ -96,7 +96,8 @@ Command robot_show_command() {
           .help = "The table of a robot: mm, deg, deg/s",
           .options = {Option("robot", robot.get(), "Robot file (YAML), or the name of a shipped one",
                              {.required = true, .type = "ROBOT", .file = FileUse::Read})},
-          .run = [robot] { return run_show(*robot); }};
+          .run = [robot] { return run_show(*robot); },
+          .examples = {{"robot show kr210_r2700_2"}}};
 }
 
 Command robot_new_command() {
@@ -109,7 +110,8 @@ Command robot_new_command() {
                              {.shows_default = true, .check = in_range(1, kMaxJoints)}),
                       Option("--out", &c.out, "Robot file to write",
                              {.required = true, .file = FileUse::Written})},
-          .run = [command] { return run_new(*command); }};
+          .run = [command] { return run_new(*command); },
+          .examples = {{"robot new --name \"my arm\" -o arm.yaml"}}};
 }
 
 }  // namespace truepose::tools
