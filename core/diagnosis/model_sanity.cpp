@@ -289,11 +289,20 @@ std::optional<ProbableCause> in_other_units(const RobotModel& nominal, const Mea
   return units;
 }
 
+/// Of an arm that no linear axis makes longer.
+bool has_no_lengths(const RobotModel& robot) {
+  return robot.X_flange.translation().isZero(0) && std::ranges::all_of(robot.joints, [](const Joint& joint) {
+           return joint.type == JointType::Revolute && joint.a_mm == 0 && joint.d_mm == 0;
+         });
+}
+
 }  // namespace
 
 std::optional<ProbableCause> diagnose_files(const RobotModel& nominal, const MeasurementData& data,
                                             int jobs) {
   if (pose_groups(data.points).size() < kPosesToJudge) return std::nullopt;
+  if (has_no_lengths(nominal))
+    return ProbableCause{.sentence = "all lengths of the robot file are 0: enter those of the data sheet"};
   if (auto in_metres = all_in_metres(nominal, data)) return in_metres;
   const ConvertedFiles files = converted(nominal, data);
   const bool in_doubt =

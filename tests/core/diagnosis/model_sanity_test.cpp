@@ -90,6 +90,17 @@ TEST(ModelSanity, NamesFilesThatAreBothInMetres) {
   }
 }
 
+TEST(ModelSanity, NamesARobotFileWithoutLengths) {
+  Random random{62};
+  const MeasurementData data = readings(example::with_paper_errors(example::kr210()), 30, random);
+  RobotModel empty = example::kr210();
+  for (Joint& joint : empty.joints) joint.a_mm = joint.d_mm = joint.alpha_rad = 0;
+  const auto cause = diagnose_files(empty, data);
+  ASSERT_TRUE(cause);
+  EXPECT_EQ(cause->sentence, "all lengths of the robot file are 0: enter those of the data sheet");
+  EXPECT_TRUE(cause->mistakes.empty());
+}
+
 TEST(ModelSanity, NamesRadiansTogetherWithMetres) {
   Random random{63};
   MeasurementData data = readings(example::with_paper_errors(example::kr210()), 30, random);

@@ -93,7 +93,9 @@ void copy_data(const fs::path& data, const fs::path& folder) {
   for (const char* const part : {"robots", "kuka", "scenarios"}) {
     if (!fs::exists(data / part)) {
       throw CommandError{
-          kBadInput, (data / part).string() + ": not found. Install the packages truepose and truepose-sim."};
+          kBadInput,
+          (data / part).string() +
+              ": not found. Install the packages truepose and truepose-sim; from a build give --data config."};
     }
     fs::copy(data / part, folder / part, fs::copy_options::recursive);
   }
