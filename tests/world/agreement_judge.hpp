@@ -24,6 +24,8 @@ class AgreementJudge {
   void answered() { --under_way_; }
   void sessions_change() { ++sessions_; }  ///< one begins or ends
   void restarted();                        ///< what stood before is over
+  /// The store was replaced by a backup, whose active model no event names.
+  void restored() { knows_model_ = false; }
 
   boost::asio::awaitable<void> look();
   std::uint64_t looks = 0;  ///< while nothing changed

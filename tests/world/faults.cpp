@@ -187,7 +187,7 @@ constexpr std::array kFaults{
     FaultKind{"rsi-reordered", 4, true, &of_kind<Kind::RsiReorder, 8, 10'000>},
     FaultKind{"rsi-silent", 4, true, &of_kind<Kind::RsiSilence, 8, 2'000>},
     FaultKind{"rsi-restarted", 2, true, &of_kind<Kind::RsiRestart, 40, 2'000>},
-    FaultKind{"rsi-ignored", 2, true, &of_kind<Kind::RsiIgnore, 1'000, 60'000>},
+    FaultKind{"rsi-ignored", 6, true, &of_kind<Kind::RsiIgnore, 1'000, 60'000>},
     FaultKind{"rsi-second-sender", 6, true, &of_kind<Kind::RsiSecondSender, 1'000, 30'000>},
 };
 

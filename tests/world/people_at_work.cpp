@@ -193,6 +193,7 @@ Wait PeopleAtWork::restore() {
   orders_.forget_lost();
   judges_.points.restored();
   judges_.states.restored();
+  judges_.agreement.restored();
   judges_.tools.restored();
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/math/random.hpp"
+#include "tests/world/agreement_judge.hpp"
 #include "tests/world/cell.hpp"
 #include "tests/world/correction_judge.hpp"
 #include "tests/world/files_judge.hpp"
@@ -26,6 +27,7 @@ class PeopleAtWork {
  public:
   struct Judges {
     StatusJudge& states;
+    AgreementJudge& agreement;
     ModelJudge& models;
     ToolJudge& tools;
     CorrectionJudge& corrections;

@@ -56,7 +56,7 @@ class Soak {
         models_{log_, cell_.scenario},
         people_{cell_,
                 log_,
-                {states_, models_, tools_, corrections_, points_, files_},
+                {states_, agreement_, models_, tools_, corrections_, points_, files_},
                 seed_of(options.seed, "people")},
         supervisor_{cell_, log_, agreement_, seed_of(options.seed, "supervisor")} {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
