@@ -13,7 +13,7 @@ namespace {
 
 struct Candidate {
   std::string id;
-  std::string what;  ///< that tells it from others: "calibration, 2026-01-31 12:00:00"
+  std::string what;  ///< by which it differs from others: "calibration, 2026-01-31 12:00:00"
 };
 
 /// All pages of a list, newest first.
