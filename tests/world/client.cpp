@@ -54,7 +54,9 @@ Client::Client(World& world, std::string name, std::string token)
     : world_{world}, name_{std::move(name)}, token_{std::move(token)} {}
 
 Client::~Client() {
-  if (session_) session_->end();
+  if (!session_) return;
+  session_->on_end = [] {};  // whom it would inform may be gone
+  session_->end();
 }
 
 void Client::disconnect() {

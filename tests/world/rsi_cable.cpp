@@ -1,6 +1,7 @@
 #include "tests/world/rsi_cable.hpp"
 
 #include <boost/asio/cancellation_signal.hpp>
+#include <boost/asio/this_coro.hpp>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -62,6 +63,9 @@ class RsiCable::Link final : public drivers::RsiLink {
       const bool long_silent = cable_.clock_.now() - heard_ > kSilence;
       const drivers::TimePoint next = cable_.clock_.now() + (long_silent ? kRareLook : kLook);
       co_await cable_.clock_.sleep_until(next);
+      // The link may be gone at the very moment at which the sleep ends.
+      const auto state = co_await asio::this_coro::cancellation_state;
+      if (state.cancelled() != asio::cancellation_type::none) co_return;
       ++looks_;
       if (cable_.clock_.now() - heard_ >= kLook) responder_.on_no_datagram(cable_.clock_.now());
     }
