@@ -13,6 +13,7 @@
 #include "core/arm/joint_units.hpp"
 #include "core/compensate/largest_correction.hpp"
 #include "core/math/units.hpp"
+#include "core/planted_bug.hpp"
 #include "daemon/campaign/corrected_points.hpp"
 #include "daemon/campaign/stored_model.hpp"
 #include "proto/control/json_text.hpp"
@@ -388,7 +389,8 @@ config::ModelFile StoreJournal::calibrated_model(const CampaignResult& result) c
   file.largest_correction_deg =
       largest_correction(options_.config.robot.model, file.cell, config::poses_of(file.validation)) *
       kDegPerRad;
-  if (result.resumptions.empty()) return file;
+  if (result.resumptions.empty() || planted("a model of a resumed campaign stays in its first station"))
+    return file;
   // The model is used with the tracker as it stands now.
   return config::seen_from(std::move(file), result.resumptions.back().X_first_now.inverse());
 }

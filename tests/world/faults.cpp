@@ -132,6 +132,12 @@ Wait bump_tracker(Cell& cell, Random& random) {
   co_return;
 }
 
+/// The daemon is killed, and before it is back the tripod stands elsewhere.
+Wait move_tripod(Cell& cell, Random& random) {
+  cell.pc.kill();
+  return bump_tracker(cell, random);
+}
+
 template <Kind kKind, int kBy_mm>
 Wait shift_points(Cell& cell, Random& random) {
   config::ScenarioFault fault;
@@ -148,47 +154,49 @@ Wait scatter_tracker(Cell& cell, Random& random) {
 }
 
 constexpr std::array kFaults{
-    FaultKind{"daemon-killed", 2, false, &kill_daemon},
-    FaultKind{"daemon-killed-in-a-program", 2, true, &kill_daemon},
-    FaultKind{"daemon-stopped", 1, false, &stop_daemon},
-    FaultKind{"power-lost", 1, false, &lose_power},
-    FaultKind{"disk-full", 0.5, false, &fill_disk},
-    FaultKind{"disk-broken", 0.5, false, &break_disk},
-    FaultKind{"clock-set", 0.5, false, &set_clock},
-    FaultKind{"connections-reset", 2, false, &reset_connections},
-    FaultKind{"controller-silent", 2, false, &silence_controller},
-    FaultKind{"tracker-link-silent", 2, false, &silence_tracker},
-    FaultKind{"clients-cut", 2, false, &cut_clients},
-    FaultKind{"rsi-cut", 12, true, &cut_rsi},
-    FaultKind{"rsi-slow", 6, true, &slow_rsi},
-    FaultKind{"beam-broken", 12, false, &of_kind<Kind::BeamBreak, 500, 60'000>},
-    FaultKind{"tracker-restarted", 1, false, &of_kind<Kind::TrackerRestart, 1, 2>},
-    FaultKind{"tracker-busy", 2, false, &of_kind<Kind::TrackerBusy, 1'000, 60'000>},
-    FaultKind{"tracker-silent", 2, false, &of_kind<Kind::TrackerSilent, 1'000, 300'000>},
-    FaultKind{"tracker-storm", 1, false, &of_kind<Kind::TrackerStorm, 1'000, 10'000>},
-    FaultKind{"tracker-bumped", 2, false, &bump_tracker},
-    FaultKind{"tracker-biased", 6, false, &shift_points<Kind::TrackerBias, 1>},
-    FaultKind{"tracker-scattering", 6, false, &scatter_tracker},
-    FaultKind{"other-reflector", 6, false, &shift_points<Kind::TrackerStray, 200>},
-    FaultKind{"eki-dropped", 2, false, &of_kind<Kind::EkiDrop, 100, 60'000>},
-    FaultKind{"program-stopped", 3, false, &of_kind<Kind::ProgramStop, 1'000, 120'000>},
-    FaultKind{"program-reset", 1, false, &of_kind<Kind::ProgramReset, 1, 2>},
-    FaultKind{"emergency-stop", 2, false, &of_kind<Kind::EmergencyStop, 1'000, 300'000>},
-    FaultKind{"gate-opened", 2, false, &of_kind<Kind::GateOpen, 1'000, 300'000>},
-    FaultKind{"key-turned", 1, false, &of_kind<Kind::OperatingMode, 1'000, 120'000>},
-    FaultKind{"override-set", 2, false, &of_kind<Kind::Override, 1'000, 120'000>},
-    FaultKind{"controller-restarted", 0.5, false, &of_kind<Kind::ControllerRestart, 30'000, 180'000>},
-    FaultKind{"rsi-dropped", 8, true, &of_kind<Kind::RsiDrop, 8, 2'000>},
-    FaultKind{"rsi-datagrams-lost", 8, true, &of_kind<Kind::RsiLoseDatagrams, 8, 2'000>},
-    FaultKind{"rsi-replies-lost", 12, true, &of_kind<Kind::RsiLoseReplies, 8, 2'000>},
-    FaultKind{"rsi-duplicated", 4, true, &of_kind<Kind::RsiDuplicate, 8, 10'000>},
-    FaultKind{"rsi-late", 4, true, &of_kind<Kind::RsiLate, 8, 10'000>},
-    FaultKind{"rsi-corrupted", 4, true, &of_kind<Kind::RsiCorrupt, 8, 10'000>},
-    FaultKind{"rsi-reordered", 4, true, &of_kind<Kind::RsiReorder, 8, 10'000>},
-    FaultKind{"rsi-silent", 4, true, &of_kind<Kind::RsiSilence, 8, 2'000>},
-    FaultKind{"rsi-restarted", 2, true, &of_kind<Kind::RsiRestart, 40, 2'000>},
-    FaultKind{"rsi-ignored", 6, true, &of_kind<Kind::RsiIgnore, 1'000, 60'000>},
-    FaultKind{"rsi-second-sender", 6, true, &of_kind<Kind::RsiSecondSender, 1'000, 30'000>},
+    FaultKind{"daemon-killed", 2, Waits::ForNothing, &kill_daemon},
+    FaultKind{"daemon-killed-in-a-program", 2, Waits::ForRsi, &kill_daemon},
+    FaultKind{"tripod-moved-in-an-interruption", 2, Waits::ForCampaign, &move_tripod},
+    FaultKind{"daemon-stopped", 1, Waits::ForNothing, &stop_daemon},
+    FaultKind{"power-lost", 1, Waits::ForNothing, &lose_power},
+    FaultKind{"disk-full", 0.5, Waits::ForNothing, &fill_disk},
+    FaultKind{"disk-broken", 0.5, Waits::ForNothing, &break_disk},
+    FaultKind{"clock-set", 0.5, Waits::ForNothing, &set_clock},
+    FaultKind{"connections-reset", 2, Waits::ForNothing, &reset_connections},
+    FaultKind{"controller-silent", 2, Waits::ForNothing, &silence_controller},
+    FaultKind{"tracker-link-silent", 2, Waits::ForNothing, &silence_tracker},
+    FaultKind{"clients-cut", 2, Waits::ForNothing, &cut_clients},
+    FaultKind{"rsi-cut", 12, Waits::ForRsi, &cut_rsi},
+    FaultKind{"rsi-slow", 6, Waits::ForRsi, &slow_rsi},
+    FaultKind{"beam-broken", 12, Waits::ForNothing, &of_kind<Kind::BeamBreak, 500, 60'000>},
+    FaultKind{"tracker-restarted", 1, Waits::ForNothing, &of_kind<Kind::TrackerRestart, 1, 2>},
+    FaultKind{"tracker-busy", 2, Waits::ForNothing, &of_kind<Kind::TrackerBusy, 1'000, 60'000>},
+    FaultKind{"tracker-silent", 2, Waits::ForNothing, &of_kind<Kind::TrackerSilent, 1'000, 300'000>},
+    FaultKind{"tracker-storm", 1, Waits::ForNothing, &of_kind<Kind::TrackerStorm, 1'000, 10'000>},
+    FaultKind{"tracker-bumped", 2, Waits::ForNothing, &bump_tracker},
+    FaultKind{"tracker-biased", 6, Waits::ForNothing, &shift_points<Kind::TrackerBias, 1>},
+    FaultKind{"tracker-scattering", 6, Waits::ForNothing, &scatter_tracker},
+    FaultKind{"other-reflector", 6, Waits::ForNothing, &shift_points<Kind::TrackerStray, 200>},
+    FaultKind{"eki-dropped", 2, Waits::ForNothing, &of_kind<Kind::EkiDrop, 100, 60'000>},
+    FaultKind{"program-stopped", 3, Waits::ForNothing, &of_kind<Kind::ProgramStop, 1'000, 120'000>},
+    FaultKind{"program-reset", 1, Waits::ForNothing, &of_kind<Kind::ProgramReset, 1, 2>},
+    FaultKind{"emergency-stop", 2, Waits::ForNothing, &of_kind<Kind::EmergencyStop, 1'000, 300'000>},
+    FaultKind{"gate-opened", 2, Waits::ForNothing, &of_kind<Kind::GateOpen, 1'000, 300'000>},
+    FaultKind{"key-turned", 1, Waits::ForNothing, &of_kind<Kind::OperatingMode, 1'000, 120'000>},
+    FaultKind{"override-set", 2, Waits::ForNothing, &of_kind<Kind::Override, 1'000, 120'000>},
+    FaultKind{"controller-restarted", 0.5, Waits::ForNothing,
+              &of_kind<Kind::ControllerRestart, 30'000, 180'000>},
+    FaultKind{"rsi-dropped", 8, Waits::ForRsi, &of_kind<Kind::RsiDrop, 8, 2'000>},
+    FaultKind{"rsi-datagrams-lost", 8, Waits::ForRsi, &of_kind<Kind::RsiLoseDatagrams, 8, 2'000>},
+    FaultKind{"rsi-replies-lost", 12, Waits::ForRsi, &of_kind<Kind::RsiLoseReplies, 8, 2'000>},
+    FaultKind{"rsi-duplicated", 4, Waits::ForRsi, &of_kind<Kind::RsiDuplicate, 8, 10'000>},
+    FaultKind{"rsi-late", 4, Waits::ForRsi, &of_kind<Kind::RsiLate, 8, 10'000>},
+    FaultKind{"rsi-corrupted", 4, Waits::ForRsi, &of_kind<Kind::RsiCorrupt, 8, 10'000>},
+    FaultKind{"rsi-reordered", 4, Waits::ForRsi, &of_kind<Kind::RsiReorder, 8, 10'000>},
+    FaultKind{"rsi-silent", 4, Waits::ForRsi, &of_kind<Kind::RsiSilence, 8, 2'000>},
+    FaultKind{"rsi-restarted", 2, Waits::ForRsi, &of_kind<Kind::RsiRestart, 40, 2'000>},
+    FaultKind{"rsi-ignored", 6, Waits::ForRsi, &of_kind<Kind::RsiIgnore, 1'000, 60'000>},
+    FaultKind{"rsi-second-sender", 6, Waits::ForRsi, &of_kind<Kind::RsiSecondSender, 1'000, 30'000>},
 };
 
 }  // namespace

@@ -10,11 +10,18 @@
 
 namespace truepose::world {
 
+/// What a fault waits for.
+enum class Waits {
+  ForNothing,
+  ForRsi,       ///< a session of it, and happens soon after it began
+  ForCampaign,  ///< one that measures
+};
+
 /// What goes wrong in a cell, and how often.
 struct FaultKind {
   std::string_view name;
   double per_day;
-  bool of_rsi;  ///< waits for a session of RSI, and happens soon after it began
+  Waits waits;
   /// Lets it happen, and returns once it is over.
   boost::asio::awaitable<void> (*happen)(Cell&, Random&);
 };

@@ -39,7 +39,7 @@ std::string stuck_text(const json::object& seen) {
 
 Wait PeopleAtWork::work(drivers::TimePoint end, double production_h_per_day) {
   co_await bring_to_order();
-  co_await campaign("campaign.start");
+  co_await calibrate();
   while (log_.now() < end) {
     co_await pause(5min, 40min);
     co_await bring_to_order();
@@ -55,9 +55,9 @@ Wait PeopleAtWork::work(drivers::TimePoint end, double production_h_per_day) {
 Wait PeopleAtWork::next_task(double production_h_per_day) {
   const double which = random_.uniform();
   if (which < 0.20) {
-    co_await campaign("campaign.start");
+    co_await calibrate();
   } else if (which < 0.30) {
-    co_await campaign("drift.check");
+    co_await check_drift();
   } else if (which < 0.45) {
     co_await measure();
   } else if (which < 0.50) {
@@ -94,23 +94,36 @@ Wait PeopleAtWork::pause(drivers::Duration shortest, drivers::Duration longest) 
   co_await cell_.world.pass(shortest + more);
 }
 
-Wait PeopleAtWork::campaign(std::string method) {
+/// Half of them are checked at once.
+Wait PeopleAtWork::calibrate() {
+  json::object poses{{"identify_poses", 12}, {"validate_poses", 6}};
+  co_await campaign("campaign.start", std::move(poses));
+  if (random_.uniform() < 0.5) co_await check_drift();
+}
+
+Wait PeopleAtWork::check_drift() {
   json::object params;
-  if (method == "campaign.start") params = {{"identify_poses", 12}, {"validate_poses", 6}};
-  if (method == "drift.check" && random_.uniform() < 0.5) params = {{"update", true}, {"activate", true}};
+  if (random_.uniform() < 0.5) params = {{"update", true}, {"activate", true}};
+  co_await judges_.stations.before_check(cell_.panel);
+  std::string id = co_await campaign("drift.check", std::move(params));
+  if (!id.empty()) co_await judges_.stations.after_check(cell_.panel, std::move(id));
+}
+
+asio::awaitable<std::string> PeopleAtWork::campaign(std::string method, json::object params) {
   if (random_.uniform() < 0.3) co_await orders_.give("control.acquire");
   json::value begun = co_await orders_.give(method, params);
   if (outcome_of(begun) == "E_CONTROL" && random_.uniform() < 0.7) {
     co_await orders_.give("control.takeover");
     begun = co_await orders_.give(method, std::move(params));
   }
-  if (!is_result(begun)) co_return;
+  if (!is_result(begun)) co_return std::string{};
   ++campaigns;
   if (random_.uniform() < 0.2) {
     co_await pause(10s, 3min);
     co_await orders_.give(random_.uniform() < 0.5 ? "campaign.pause" : "campaign.abort");
   }
   co_await bring_to_order();
+  co_return text_at(result_of(begun), "id");
 }
 
 Wait PeopleAtWork::measure() {

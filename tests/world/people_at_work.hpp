@@ -17,6 +17,7 @@
 #include "tests/world/point_judge.hpp"
 #include "tests/world/reading.hpp"
 #include "tests/world/soak_log.hpp"
+#include "tests/world/station_judge.hpp"
 #include "tests/world/status_judge.hpp"
 #include "tests/world/tool_judge.hpp"
 
@@ -30,6 +31,7 @@ class PeopleAtWork {
     AgreementJudge& agreement;
     ModelJudge& models;
     ToolJudge& tools;
+    StationJudge& stations;
     CorrectionJudge& corrections;
     PointJudge& points;
     FilesJudge& files;
@@ -49,7 +51,10 @@ class PeopleAtWork {
 
   Wait next_task(double production_h_per_day);
   Wait pause(drivers::Duration shortest, drivers::Duration longest);
-  Wait campaign(std::string method);
+  Wait calibrate();
+  Wait check_drift();
+  /// @return its id; empty where it did not begin
+  boost::asio::awaitable<std::string> campaign(std::string method, boost::json::object params);
   Wait measure();
   Wait stream_once();
   Wait produce(double production_h_per_day);

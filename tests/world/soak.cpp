@@ -23,6 +23,7 @@
 #include "tests/world/model_judge.hpp"
 #include "tests/world/people_at_work.hpp"
 #include "tests/world/point_judge.hpp"
+#include "tests/world/station_judge.hpp"
 #include "tests/world/status_judge.hpp"
 #include "tests/world/stream_judge.hpp"
 #include "tests/world/supervisor.hpp"
@@ -56,7 +57,7 @@ class Soak {
         models_{log_, cell_.scenario},
         people_{cell_,
                 log_,
-                {states_, agreement_, models_, tools_, corrections_, points_, files_},
+                {states_, agreement_, models_, tools_, stations_, corrections_, points_, files_},
                 seed_of(options.seed, "people")},
         supervisor_{cell_, log_, agreement_, seed_of(options.seed, "supervisor")} {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
@@ -125,6 +126,7 @@ class Soak {
       if (over_ || cell_.pc.runs() || !cell_.pc.has_power) continue;
       states_.restarted(people_.orders().is_last_lost() || supervisor_.orders().is_last_lost());
       controls_.restarted();
+      stations_.restarted();
       agreement_.restarted();
       try {
         cell_.pc.start();
@@ -146,6 +148,7 @@ class Soak {
     while (!over_) {
       co_await cell_.world.pass(1s);
       axes_.look(cell_.panel.is_connected() ? states_.state() : "");
+      stations_.look();
     }
   }
 
@@ -156,7 +159,8 @@ class Soak {
       const auto wait = std::chrono::duration_cast<drivers::Duration>(days);
       if (log_.now() + wait > end_ - kCalmEnd) co_return;
       co_await cell_.world.pass(wait);
-      if (kind.of_rsi) {
+      while (kind.waits == Waits::ForCampaign && !stations_.is_measuring()) co_await cell_.world.pass(5s);
+      if (kind.waits == Waits::ForRsi) {
         co_await cell_.world.rsi.session();
         // Most of them in the first seconds, while the correction ramps in.
         co_await cell_.world.pass(lasting(random, 1ms, 30s));
@@ -182,7 +186,8 @@ class Soak {
     if (topic != "stream") log_.trace(topic, json::serialize(data));
     if (topic == "measurement") points_.take(data, cell_.panel.is_late(event));
     if (topic == "cell") states_.take(data);
-    if (topic == "model") models_.take(data), corrections_.forget();
+    if (topic == "campaign") stations_.take_progress(data);
+    if (topic == "model") models_.take(data), stations_.take_change(data), corrections_.forget();
   }
 
   SoakReport finish() {
@@ -199,6 +204,7 @@ class Soak {
     report_.cycles = stream_.cycles;
     report_.sessions = stream_.sessions;
     report_.corrections_compared = corrections_.compared;
+    report_.drift_checks = stations_.checks;
     report_.largest_correction_error_mm = corrections_.largest_error_mm;
     report_.largest_step_deg = stream_.largest_step_deg;
     report_.largest_model_error_mm = models_.largest_error_mm;
@@ -221,6 +227,7 @@ class Soak {
   FilesJudge files_{"cell.sqlite", log_};
   ModelJudge models_;
   ToolJudge tools_{log_};
+  StationJudge stations_{cell_, log_};
   CorrectionJudge corrections_{log_, cell_.scenario.nominal};
   PeopleAtWork people_;
   Supervisor supervisor_;
