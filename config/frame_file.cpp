@@ -4,16 +4,16 @@
 #include <array>
 #include <cmath>
 
-#include "config/csv_reader.hpp"
 #include "config/frame_layout.hpp"
 #include "config/lower_triangle.hpp"
 #include "config/measurement_file.hpp"
 #include "config/model_file.hpp"
 #include "config/number_text.hpp"
 #include "config/sealed_text.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/table_reading.hpp"
+#include "config/table/turn_columns.hpp"
 #include "config/text_file.hpp"
-#include "config/turn_columns.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/formatted.hpp"
 #include "core/frames/tool_turn.hpp"

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <map>
 
-#include "config/csv_reader.hpp"
 #include "config/model_export.hpp"
 #include "config/number_text.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/math/angles.hpp"
 
 namespace truepose::config {

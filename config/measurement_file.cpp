@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
-#include "config/table_reading.hpp"
-#include "config/turn_columns.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/table_reading.hpp"
+#include "config/table/turn_columns.hpp"
 #include "core/calibrate/option_names.hpp"
 #include "core/data/measured_time.hpp"
 #include "core/formatted.hpp"

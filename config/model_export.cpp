@@ -4,8 +4,8 @@
 #include <array>
 #include <string_view>
 
-#include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_deviation.hpp"
 #include "core/math/angles.hpp"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "core/quality/drive_lag.hpp"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "config/csv_reader.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/table_reading.hpp"
 #include "core/arm/robot_model.hpp"
 
 namespace truepose::config {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <set>
 
-#include "config/csv_reader.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/table_reading.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/rigid_fit.hpp"
 

@@ -5,10 +5,10 @@
 #include <pugixml.hpp>
 #include <sstream>
 
-#include "config/csv_reader.hpp"
 #include "config/frame_file.hpp"
 #include "config/model_export.hpp"
 #include "config/number_text.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
 #include "tests/core/example_arms.hpp"

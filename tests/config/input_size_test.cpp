@@ -6,9 +6,9 @@
 #include <sstream>
 #include <string>
 
-#include "config/csv_reader.hpp"
 #include "config/measurement_file.hpp"
 #include "config/robot_file.hpp"
+#include "config/table/csv_reader.hpp"
 #include "config/text_file.hpp"
 #include "config/yaml_reader.hpp"
 #include "tests/config/error_of.hpp"

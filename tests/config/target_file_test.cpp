@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "config/frame_file.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/table_reading.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/temp_folder.hpp"

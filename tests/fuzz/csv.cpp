@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "config/csv_reader.hpp"
 #include "config/frame_file.hpp"
 #include "config/measurement_file.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/table_reading.hpp"
 #include "config/target_file.hpp"
 #include "core/simulate/published_arm.hpp"
 #include "tests/fuzz/target.hpp"

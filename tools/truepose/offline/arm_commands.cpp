@@ -4,7 +4,7 @@
 #include <iostream>
 #include <memory>
 
-#include "config/dh_table.hpp"
+#include "config/import/dh_table.hpp"
 #include "config/measurement_file.hpp"
 #include "config/model_export.hpp"
 #include "config/text_file.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "config/table_reading.hpp"
+#include "config/table/table_reading.hpp"
 #include "core/compensate/target_compensation.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/frame_options.hpp"

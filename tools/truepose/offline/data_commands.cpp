@@ -7,11 +7,11 @@
 #include <map>
 #include <memory>
 
-#include "config/column_name.hpp"
-#include "config/csv_reader.hpp"
 #include "config/measurement_file.hpp"
 #include "config/number_text.hpp"
 #include "config/robot_file.hpp"
+#include "config/table/column_name.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/diagnosis/unit_mistakes.hpp"
 #include "core/formatted.hpp"

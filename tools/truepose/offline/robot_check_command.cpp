@@ -5,9 +5,9 @@
 #include <memory>
 #include <numbers>
 
-#include "config/csv_reader.hpp"
 #include "config/measurement_file.hpp"
 #include "config/robot_file.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/arm/pose_check.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"

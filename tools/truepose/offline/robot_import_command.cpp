@@ -4,13 +4,13 @@
 #include <cstdio>
 #include <memory>
 
-#include "config/dh_table.hpp"
-#include "config/machine_data.hpp"
+#include "config/import/dh_table.hpp"
+#include "config/import/machine_data.hpp"
+#include "config/import/opw_file.hpp"
+#include "config/import/urdf_file.hpp"
 #include "config/number_text.hpp"
-#include "config/opw_file.hpp"
 #include "config/robot_text.hpp"
 #include "config/text_file.hpp"
-#include "config/urdf_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/formatted.hpp"

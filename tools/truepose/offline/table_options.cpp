@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "config/column_name.hpp"
 #include "config/number_text.hpp"
+#include "config/table/column_name.hpp"
 
 namespace truepose::tools {
 namespace {

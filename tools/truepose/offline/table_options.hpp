@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "config/table_reading.hpp"
+#include "config/table/table_reading.hpp"
 #include "tools/truepose/command_line.hpp"
 
 namespace truepose::tools {

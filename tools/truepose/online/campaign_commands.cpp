@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "config/csv_reader.hpp"
 #include "config/frame_file.hpp"
 #include "config/measurement_file.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/table_reading.hpp"
 #include "config/target_file.hpp"
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"

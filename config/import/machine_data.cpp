@@ -1,4 +1,4 @@
-#include "config/machine_data.hpp"
+#include "config/import/machine_data.hpp"
 
 #include <algorithm>
 #include <array>

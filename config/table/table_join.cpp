@@ -1,4 +1,4 @@
-#include "config/table_join.hpp"
+#include "config/table/table_join.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -1,4 +1,4 @@
-#include "config/turn_columns.hpp"
+#include "config/table/turn_columns.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config/csv_reader.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/data/measurement.hpp"
 
 namespace truepose::config {

@@ -1,10 +1,10 @@
-#include "config/table_header.hpp"
+#include "config/table/table_header.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include "config/number_text.hpp"
-#include "config/table_records.hpp"
+#include "config/table/table_records.hpp"
 
 namespace truepose::config {
 namespace {

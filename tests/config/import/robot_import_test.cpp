@@ -6,15 +6,15 @@
 #include <optional>
 #include <string>
 
-#include "config/csv_reader.hpp"
-#include "config/dh_table.hpp"
-#include "config/machine_data.hpp"
+#include "config/import/dh_table.hpp"
+#include "config/import/machine_data.hpp"
+#include "config/import/opw_file.hpp"
+#include "config/import/urdf_file.hpp"
+#include "config/import/xacro_expression.hpp"
 #include "config/model_export.hpp"
-#include "config/opw_file.hpp"
 #include "config/robot_file.hpp"
 #include "config/robot_library.hpp"
-#include "config/urdf_file.hpp"
-#include "config/xacro_expression.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"

@@ -1,12 +1,12 @@
-#include "config/urdf_file.hpp"
+#include "config/import/urdf_file.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <pugixml.hpp>
 
+#include "config/import/xacro_file.hpp"
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
-#include "config/xacro_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_axes.hpp"
 #include "core/math/angles.hpp"

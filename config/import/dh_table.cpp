@@ -1,4 +1,4 @@
-#include "config/dh_table.hpp"
+#include "config/import/dh_table.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "config/csv_reader.hpp"
 #include "config/number_text.hpp"
+#include "config/table/csv_reader.hpp"
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"

@@ -1,4 +1,4 @@
-#include "config/text_encoding.hpp"
+#include "config/table/text_encoding.hpp"
 
 #include <algorithm>
 #include <array>

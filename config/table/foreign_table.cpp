@@ -1,4 +1,4 @@
-#include "config/foreign_table.hpp"
+#include "config/table/foreign_table.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "config/number_text.hpp"
-#include "config/table_records.hpp"
+#include "config/table/table_records.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/units.hpp"

@@ -1,4 +1,4 @@
-#include "config/csv_reader.hpp"
+#include "config/table/csv_reader.hpp"
 
 #include <algorithm>
 #include <array>

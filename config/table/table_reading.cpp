@@ -1,4 +1,4 @@
-#include "config/table_reading.hpp"
+#include "config/table/table_reading.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,13 +7,13 @@
 #include <string_view>
 #include <utility>
 
-#include "config/csv_reader.hpp"
-#include "config/foreign_table.hpp"
 #include "config/number_text.hpp"
-#include "config/table_header.hpp"
-#include "config/table_join.hpp"
-#include "config/table_records.hpp"
-#include "config/text_encoding.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/foreign_table.hpp"
+#include "config/table/table_header.hpp"
+#include "config/table/table_join.hpp"
+#include "config/table/table_records.hpp"
+#include "config/table/text_encoding.hpp"
 #include "core/data/other_units.hpp"
 #include "core/math/units.hpp"
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "config/column_name.hpp"
-#include "config/csv_reader.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/column_name.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/table_reading.hpp"
 
 namespace truepose::config {
 

@@ -1,4 +1,4 @@
-#include "config/xacro_file.hpp"
+#include "config/import/xacro_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "config/import/xacro_expression.hpp"
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
-#include "config/xacro_expression.hpp"
 #include "proto/xml/scanner.hpp"
 
 namespace truepose::config {

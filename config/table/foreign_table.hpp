@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "config/column_name.hpp"
-#include "config/csv_reader.hpp"
+#include "config/table/column_name.hpp"
+#include "config/table/csv_reader.hpp"
 
 namespace truepose::config {
 

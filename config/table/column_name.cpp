@@ -1,4 +1,4 @@
-#include "config/column_name.hpp"
+#include "config/table/column_name.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,9 +7,9 @@
 #include <random>
 
 #include "config/measurement_file.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/table_reading.hpp"
 #include "tests/config/error_of.hpp"
-#include "tests/config/sheet.hpp"
+#include "tests/config/table/sheet.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/temp_folder.hpp"
 

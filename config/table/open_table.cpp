@@ -3,9 +3,9 @@
 #include <string_view>
 #include <utility>
 
-#include "config/csv_reader.hpp"
-#include "config/table_join.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/csv_reader.hpp"
+#include "config/table/table_join.hpp"
+#include "config/table/table_reading.hpp"
 
 namespace truepose::config {
 

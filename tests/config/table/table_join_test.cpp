@@ -1,4 +1,4 @@
-#include "config/table_join.hpp"
+#include "config/table/table_join.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <string>
 
 #include "config/measurement_file.hpp"
-#include "config/table_reading.hpp"
+#include "config/table/table_reading.hpp"
 #include "tests/config/error_of.hpp"
-#include "tests/config/sheet.hpp"
+#include "tests/config/table/sheet.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/temp_folder.hpp"
 

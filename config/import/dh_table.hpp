@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "config/imported_arm.hpp"
+#include "config/import/imported_arm.hpp"
 
 namespace truepose::config {
 

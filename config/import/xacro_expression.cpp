@@ -1,4 +1,4 @@
-#include "config/xacro_expression.hpp"
+#include "config/import/xacro_expression.hpp"
 
 #include <algorithm>
 #include <array>

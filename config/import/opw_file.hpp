@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "config/imported_arm.hpp"
+#include "config/import/imported_arm.hpp"
 
 namespace truepose::config {
 

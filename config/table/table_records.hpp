@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/csv_reader.hpp"
+#include "config/table/csv_reader.hpp"
 
 namespace truepose::config {
 

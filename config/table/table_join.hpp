@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "config/csv_reader.hpp"
+#include "config/table/csv_reader.hpp"
 
 namespace truepose::config {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "config/csv_reader.hpp"
+#include "config/table/csv_reader.hpp"
 
 namespace truepose::config {
 namespace {

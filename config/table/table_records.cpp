@@ -1,10 +1,10 @@
-#include "config/table_records.hpp"
+#include "config/table/table_records.hpp"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
-#include "config/column_name.hpp"
+#include "config/table/column_name.hpp"
 
 namespace truepose::config {
 namespace {

@@ -1,4 +1,4 @@
-#include "config/opw_file.hpp"
+#include "config/import/opw_file.hpp"
 
 #include <array>
 #include <cmath>
