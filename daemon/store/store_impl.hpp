@@ -18,6 +18,7 @@ struct Store::Impl {
 
   sqlite::Statement inserted(const ModelRecord& model);
   sqlite::Statement activated(const std::string& id);
+  sqlite::Statement none_active();
   StoreResult<std::optional<CampaignRecord>> one_campaign(sqlite::Statement query);
   /// Says whose points a campaign is of.
   StoreResult<void> name_source(CampaignRecord& record);
@@ -30,5 +31,28 @@ struct Store::Impl {
   /// Runs statements as one transaction: on the disk, or not at all.
   StoreResult<void> commit(std::string_view operation, const std::vector<sqlite::Statement*>& statements);
 };
+
+/// What the rows of a query are.
+template <typename Record>
+StoreResult<std::vector<Record>> all_records(sqlite::Statement query,
+                                             Record (*of)(const sqlite::Statement&)) {
+  std::vector<Record> records;
+  for (;;) {
+    const StoreResult<bool> row = query.step();
+    if (!row) return std::unexpected(row.error());
+    if (!*row) return records;
+    records.push_back(of(query));
+  }
+}
+
+/// Of its first row; nothing of a query without rows.
+template <typename Record>
+StoreResult<std::optional<Record>> first_record(sqlite::Statement query,
+                                                Record (*of)(const sqlite::Statement&)) {
+  const StoreResult<bool> row = query.step();
+  if (!row) return std::unexpected(row.error());
+  if (!*row) return std::nullopt;
+  return of(query);
+}
 
 }  // namespace truepose::daemon

@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::int64_t kApplicationId = 0x54505345;  // "TPSE", shown by `file`
 
-// Lists, matrices and documents are JSON. `kind`, `purpose` and `state` are the names of CampaignRecord and PointPurpose.
+// Lists, matrices and documents are JSON. `kind`, `purpose` and `state` are the names of CampaignRecord and
+// PointPurpose.
 constexpr const char* kVersion1 = R"sql(
 CREATE TABLE campaign (
   id              TEXT PRIMARY KEY,
@@ -165,7 +166,8 @@ constexpr std::array kStepsOfThisProgram{kVersion1};
 
 const SchemaSteps kSchemaSteps = kStepsOfThisProgram;
 
-StoreResult<std::size_t> known_version(sqlite::Database& database, const std::string& file, SchemaSteps steps) {
+StoreResult<std::size_t> known_version(sqlite::Database& database, const std::string& file,
+                                       SchemaSteps steps) {
   const StoreResult<std::string> application = database.value("PRAGMA application_id");
   if (!application) return std::unexpected(application.error());
   const StoreResult<std::string> version = database.value("PRAGMA user_version");

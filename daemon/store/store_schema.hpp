@@ -18,7 +18,8 @@ extern const SchemaSteps kSchemaSteps;
 
 /// The version of the schema, 0 of a database without tables.
 /// Error: not a database of ours, or a version beyond these steps.
-StoreResult<std::size_t> known_version(sqlite::Database& database, const std::string& file, SchemaSteps steps);
+StoreResult<std::size_t> known_version(sqlite::Database& database, const std::string& file,
+                                       SchemaSteps steps);
 
 /// Makes the tables, or executes the steps that an older version lacks; within the caller's transaction.
 /// Errors: as known_version().
