@@ -7,6 +7,7 @@
 #include "daemon/campaign/campaign_result.hpp"
 #include "daemon/cell/model_service.hpp"
 #include "proto/rpc/campaign.hpp"
+#include "proto/rpc/drift.hpp"
 
 namespace truepose::daemon {
 

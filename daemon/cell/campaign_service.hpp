@@ -10,6 +10,7 @@
 #include "daemon/campaign/campaign_options.hpp"
 #include "daemon/cell/campaign_archive.hpp"
 #include "daemon/cell/campaign_request.hpp"
+#include "proto/rpc/drift.hpp"
 #include "proto/rpc/events.hpp"
 
 namespace truepose::daemon {

@@ -290,20 +290,6 @@ struct CampaignPoints {
 void layout(Io& io, CampaignPoints& x);
 void layout(Io& io, CampaignPoints::Result& x);
 
-/// drift.check
-struct DriftCheck {
-  using Result = CampaignStart::Result;
-  static const Method& method();
-
-  std::optional<int> poses{};
-  bool update = false;
-  bool activate = false;
-  std::optional<std::uint64_t> seed{};
-  std::string note{};
-};
-void layout(Io& io, DriftCheck& x);
-void check(const Io& io, const DriftCheck& x);
-
 /// The methods of this file.
 std::vector<Described> campaign_methods();
 

@@ -14,6 +14,7 @@
 #include "proto/rpc/campaign.hpp"
 #include "proto/rpc/cell.hpp"
 #include "proto/rpc/control.hpp"
+#include "proto/rpc/drift.hpp"
 #include "proto/rpc/events.hpp"
 #include "proto/rpc/model.hpp"
 #include "proto/rpc/recording.hpp"
@@ -121,9 +122,10 @@ const Events& events() {
 const std::vector<Described>& methods() {
   static const std::vector<Described> kMethods = [] {
     std::vector<Described> all;
-    for (const auto& part : {session_methods(), control_methods(), cell_methods(), campaign_methods(),
-                             model_methods(), tool_methods(), stream_methods(), recording_methods(),
-                             backup_methods(), targets_methods(), events_methods(), report_methods()})
+    for (const auto& part :
+         {session_methods(), control_methods(), cell_methods(), campaign_methods(), drift_methods(),
+          model_methods(), tool_methods(), stream_methods(), recording_methods(), backup_methods(),
+          targets_methods(), events_methods(), report_methods()})
       all.insert(all.end(), part.begin(), part.end());
     return all;
   }();

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "proto/rpc/campaign.hpp"
+#include "proto/rpc/drift.hpp"
 #include "proto/rpc/events.hpp"
 #include "proto/rpc/model.hpp"
 #include "proto/rpc/targets.hpp"

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "proto/rpc/campaign.hpp"
+#include "proto/rpc/drift.hpp"
 #include "tools/truepose/command_line.hpp"
 #include "tools/truepose/online/daemon_connection.hpp"
 
