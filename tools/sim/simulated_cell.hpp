@@ -84,6 +84,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   TargetSight seen_of(const JointVector& q) const;
 
   SimTime now() const;
+  drivers::Duration shortened(std::chrono::nanoseconds time) const;
   void pass_time();
   void follow();
   void forward_outputs();
