@@ -312,7 +312,7 @@ void SimulatedCell::forward_outputs() {
     std::fprintf(stderr, "pendant: %s\n", message.c_str());
 }
 
-void SimulatedCell::start_rsi(const Controller::RsiSession& session) {
+void SimulatedCell::start_rsi(const Controller::OpenedRsi& session) {
   rsi_session_ = session.number;
   rsi::Context context = contexts_.at(session.context);
   for (const RsiParameter& parameter : session.parameters) set_parameter(context, parameter);

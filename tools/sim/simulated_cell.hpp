@@ -89,7 +89,7 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
   void follow();
   void forward_outputs();
   void restart_after_halt();
-  void start_rsi(const Controller::RsiSession& session);
+  void start_rsi(const Controller::OpenedRsi& session);
   void rsi_ended(std::uint64_t session, RsiEnd end);
   void operate_later(std::chrono::nanoseconds after, OperatorAct act);
   void disturb_robot(const config::ScenarioFault& fault);

@@ -396,10 +396,10 @@ void Controller::cancel() {
 
 // ---- RSI
 
-std::optional<Controller::RsiSession> Controller::rsi() const {
+std::optional<Controller::OpenedRsi> Controller::rsi() const {
   const std::lock_guard lock{mutex_};
   if (!rsi_on_) return std::nullopt;
-  return RsiSession{rsi_sessions_, *rsi_context_, rsi_parameters_};
+  return OpenedRsi{rsi_sessions_, *rsi_context_, rsi_parameters_};
 }
 
 void Controller::rsi_ended(std::uint64_t session, RsiEnd end, const JointVector& actual) {

@@ -137,12 +137,12 @@ class Controller final : public RsiProgram, private krl::Host {
   // ---- RSI
 
   /// The session that the program has opened, numbered from 1; none where RSI is off.
-  struct RsiSession {
+  struct OpenedRsi {
     std::uint64_t number = 0;
     std::string context;
     std::vector<RsiParameter> parameters{};  ///< that the program has set
   };
-  std::optional<RsiSession> rsi() const;
+  std::optional<OpenedRsi> rsi() const;
   /// The cycles of a session have ended. @param actual  where the arm is then
   void rsi_ended(std::uint64_t session, RsiEnd end, const JointVector& actual);
 
