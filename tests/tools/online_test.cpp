@@ -1,7 +1,5 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <pty.h>
-#include <unistd.h>
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -9,9 +7,6 @@
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/read_until.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/json/parse.hpp>
 #include <filesystem>
@@ -20,13 +15,14 @@
 #include <thread>
 
 #include "daemon/control/control_server.hpp"
+#include "drivers/clock.hpp"
 #include "proto/record/json_io.hpp"
 #include "tests/temp_folder.hpp"
+#include "tests/tools/fake_cell.hpp"
+#include "tests/tools/terminal.hpp"
 #include "tools/truepose/online/campaign_watch.hpp"
 #include "tools/truepose/online/online_commands.hpp"
-#include "tools/truepose/online/online_text.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
-#include "tools/truepose/text.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -34,118 +30,7 @@ namespace {
 namespace asio = boost::asio;
 namespace fs = std::filesystem;
 namespace json = boost::json;
-using control::ErrorCode;
-using control::RpcError;
 using testing::HasSubstr;
-
-class RealClock : public drivers::Clock {
- public:
-  drivers::TimePoint now() const override { return std::chrono::steady_clock::now(); }
-  asio::awaitable<void> sleep_until(drivers::TimePoint when) override {
-    asio::steady_timer timer{co_await asio::this_coro::executor, when};
-    co_await timer.async_wait(asio::use_awaitable);
-  }
-};
-
-json::object progress(const char* phase, int done) {
-  return {{"id", "c1"},  {"kind", "calibration"}, {"phase", phase}, {"done", done},
-          {"total", 60}, {"error_mm", 0.0427},    {"eta_s", 80.0}};
-}
-
-/// Answers with what a cell would say, and lets a campaign run to its end as soon as it is asked about.
-class FakeCell : public daemon::CellService {
- public:
-  explicit FakeCell(daemon::EventBus& events) : events_{events} {}
-  asio::awaitable<std::expected<json::value, RpcError>> pause(std::string, std::string) override {
-    co_return json::object{};
-  }
-  std::vector<std::string> methods() const override {
-    return {"cell.status",    "cell.connect", "campaign.start", "campaign.get", "campaign.list",
-            "campaign.pause", "model.list",   "model.get",      "model.export"};
-  }
-  asio::awaitable<std::expected<json::value, RpcError>> call(std::string method, json::object params,
-                                                             std::string) override {
-    if (method == "cell.connect")
-      co_return std::unexpected(RpcError{ErrorCode::Device, "the tracker does not answer"});
-    if (method == "campaign.pause")
-      co_return std::unexpected(
-          RpcError{ErrorCode::WrongState, "no campaign runs", "", "ready", {"campaign.start"}});
-    json::value result = answers.at(method);
-    if (const json::value* id = params.if_contains("id")) asked_id = std::string{id->as_string()};
-    if (method == "campaign.start") result.as_object()["asked"] = params;
-    if (method == "campaign.get") {
-      json::object other = progress("failed", 3);
-      other["id"] = "another";
-      events_.publish(control::Topic::Campaign, other);
-      events_.publish(control::Topic::Campaign, progress("validating", 31));
-      const auto tell = [this](const char* state, const char* reason) {
-        events_.publish(control::Topic::Cell,
-                        json::object{{"state", state}, {"from", "campaign"}, {"reason", reason}});
-      };
-      tell("campaign", "the tracker answers");
-      tell("ready", "nobody asks for this one");
-      events_.publish(control::Topic::Log, json::object{{"level", "info"}, {"text", "nor for this one"}});
-      events_.publish(control::Topic::Log,
-                      json::object{{"level", "warning"},
-                                   {"text", "pose 12, attempt 1 of 3: tracker: the beam was broken"}});
-      json::object last = progress(final_phase, 60);
-      last["kind"] = kind;
-      last["skipped"] = 1;
-      last["model_id"] = std::string_view{kind} == "calibration" ? json::value("m1") : json::value{};
-      events_.publish(control::Topic::Campaign, last);
-    }
-    co_return result;
-  }
-  const char* kind = "calibration";
-  const char* final_phase = "done";
-  std::string asked_id;  ///< of the last call that named one
-  std::map<std::string, json::value> answers{
-      {"cell.status", record::to_json(status())},
-      {"campaign.start", {{"id", "c1"}, {"total", 60}}},
-      {"campaign.get", record::to_json(running())},
-      {"campaign.list", record::to_json(campaigns({"c1"}))},
-      {"model.list", {{"models", json::array{record::to_json(model())}}, {"total", 1}}},
-      {"model.get", {{"model", record::to_json(model())}, {"parameters", json::array{}}}},
-      {"model.export", {{"id", "m1"}, {"yaml", "name: KR\n"}}}};
-
-  static rpc::CellStatus status() {
-    rpc::CellStatus status{
-        .cell = "cell 1", .state = "ready", .state_text = "waits for a command", .next = "Start a campaign."};
-    status.robot = {.connected = true, .model = "#KR210", .serial = "42", .why_not_ready = "drives off"};
-    status.stream.state = "off";
-    status.recording = {.seconds = 61, .bytes = 2345};
-    status.faults = {{.code = "E_BEAM", .severity = "warning", .text = "beam broken", .since = "s"}};
-    return status;
-  }
-  static rpc::CampaignGet::Result running() {
-    rpc::CampaignGet::Result found;
-    found.campaign = {.id = "c1", .kind = "calibration", .state = "running"};
-    found.progress = {.id = "c1", .kind = "calibration", .phase = "identifying", .done = 3, .total = 60};
-    return found;
-  }
-  /// Newest first, as the daemon lists them.
-  static rpc::CampaignList::Result campaigns(const std::vector<std::string>& ids) {
-    rpc::CampaignList::Result list{.total = static_cast<int>(ids.size())};
-    for (const std::string& id : ids)
-      list.campaigns.push_back({.id = id,
-                                .kind = "calibration",
-                                .started = "2026-01-31T12:00:00.000Z",
-                                .state = "done",
-                                .model_id = id});
-    return list;
-  }
-  static rpc::ModelSummary model() {
-    return {.id = "m1",
-            .created = "t",
-            .robot_serial = "42",
-            .validation_before_mm = 2.5,
-            .validation_after_mm = 0.0421,
-            .active = true};
-  }
-
- private:
-  daemon::EventBus& events_;
-};
 
 struct Outcome {
   int exit_code;
@@ -203,7 +88,7 @@ class OnlineTest : public testing::Test {
   TempFolder folder_;
   daemon::EventBus events_{{.first = 1, .end = 1'000'000, .request_more = {}},
                            [] { return std::chrono::system_clock::time_point{}; }};
-  RealClock clock_;
+  drivers::SteadyClock clock_;
   FakeCell cell_{events_};
   daemon::Worker worker_;
   asio::io_context io_;
@@ -283,37 +168,36 @@ TEST_F(OnlineTest, WatchNamesTheCommandThatACampaignWasFor) {
 }
 
 TEST_F(OnlineTest, StartSendsWhatWasAskedForOnly) {
-  EXPECT_EQ(json::parse(run({"campaign", "start", "--json"}).out).at("asked"), json::object{});
-  const Outcome started =
-      run({"campaign", "start", "--identify", "25", "--no-remeasure", "--no-activate", "--json"});
-  EXPECT_EQ(json::parse(started.out).at("asked"),
+  const auto start = [this](std::vector<std::string> words) {
+    words.insert(words.begin(), {"campaign", "start"});
+    return run(std::move(words));
+  };
+  const auto asked = [&](std::vector<std::string> words) {
+    words.push_back("--json");
+    return json::parse(start(std::move(words)).out).at("asked");
+  };
+  EXPECT_EQ(asked({}), json::object{});
+  EXPECT_EQ(asked({"--identify", "25", "--no-remeasure", "--no-activate"}),
             json::parse(R"({"identify_poses":25,"remeasure":false,"activate":false})"));
-  const Outcome tool = run({"campaign", "start", "--tool", "3", "--points", "a,b", "--at", "1,2,3,4,5,6",
-                            "--facing", "0,0,1", "--tool-poses", "8", "--together", "--json"});
-  EXPECT_EQ(json::parse(tool.out).at("asked"),
+  EXPECT_EQ(asked({"--tool", "3", "--points", "a,b", "--at", "1,2,3,4,5,6", "--facing", "0,0,1",
+                   "--tool-poses", "8", "--together"}),
             json::parse(R"({"points":["a","b"],"together":true,"kind":"tool",
             "number":3,"poses_per_point":8,"at":[[1.0,2.0,3.0],[4.0,5.0,6.0]],"facing":[[0.0,0.0,1.0]]})"));
   const std::string points =
       folder_.write("points.csv", "point,x,y,z,px,py,pz\na,1,2,3,0,0,0\nb,4,5,6,0,0,9\n");
-  EXPECT_EQ(json::parse(run({"campaign", "start", "--base", "5", "--points-file", points, "--json"}).out)
-                .at("asked"),
+  EXPECT_EQ(asked({"--base", "5", "--points-file", points}),
             json::parse(R"({"kind":"base","number":5,"points":["a","b"],"at":[[1.0,2.0,3.0],[4.0,5.0,6.0]],
             "nominal":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
-  const Outcome touched = run({"campaign", "start", "--base", "5", "--touch", "3", "--points", "origin,x,xy",
-                               "--readings", "2", "--json"});
-  EXPECT_EQ(json::parse(touched.out).at("asked"),
+  EXPECT_EQ(asked({"--base", "5", "--touch", "3", "--points", "origin,x,xy", "--readings", "2"}),
             json::parse(R"({"kind":"base","number":5,"touch":3,"points":["origin","x","xy"],"readings":2})"));
   const std::string known = folder_.write("known.csv", "point,px,py,pz\na,0,0,0\nb,0,0,9\n");
-  EXPECT_EQ(
-      json::parse(
-          run({"campaign", "start", "--base", "5", "--touch", "3", "--points-file", known, "--json"}).out)
-          .at("asked"),
-      json::parse(R"({"kind":"base","number":5,"touch":3,"points":["a","b"],
+  EXPECT_EQ(asked({"--base", "5", "--touch", "3", "--points-file", known}),
+            json::parse(R"({"kind":"base","number":5,"touch":3,"points":["a","b"],
             "nominal":[[0.0,0.0,0.0],[0.0,0.0,9.0]]})"));
-  EXPECT_THAT(run({"campaign", "start", "--base", "5", "--touch", "3", "--points-file", points}).err,
+  EXPECT_THAT(start({"--base", "5", "--touch", "3", "--points-file", points}).err,
               HasSubstr("points.csv: the columns x,y,z are for the tracker, and --touch does without"));
-  EXPECT_THAT(run({"campaign", "start", "--touch", "3", "--points", "origin,x,xy"}).err, HasSubstr("--base"));
-  EXPECT_THAT(run({"campaign", "start", "--tool", "3", "--at", "1,2"}).err,
+  EXPECT_THAT(start({"--touch", "3", "--points", "origin,x,xy"}).err, HasSubstr("--base"));
+  EXPECT_THAT(start({"--tool", "3", "--at", "1,2"}).err,
               HasSubstr("--at: expected three numbers for each point"));
 }
 
@@ -407,47 +291,6 @@ TEST_F(OnlineTest, AShellIsOfferedTheIdsOfTheDaemon) {
   ::unsetenv("TRUEPOSE_DAEMON");
 }
 
-/// Standard output of this process as a terminal of 80 columns, while it lives.
-class Terminal {
- public:
-  Terminal() {
-    const winsize size{.ws_row = 24, .ws_col = 80, .ws_xpixel = 0, .ws_ypixel = 0};
-    if (::openpty(&outer_, &inner_, nullptr, nullptr, &size) != 0) throw std::runtime_error("no terminal");
-    std::fflush(stdout);
-    kept_ = ::dup(STDOUT_FILENO);
-    ::dup2(inner_, STDOUT_FILENO);
-    ::setenv("TZ", "Europe/Berlin", 1);
-    ::tzset();
-  }
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
-  ~Terminal() {
-    restore();
-    ::close(outer_);
-    ::unsetenv("TZ");
-  }
-  /// What was printed so far; ends it.
-  std::string text() {
-    std::fflush(stdout);
-    restore();
-    std::string text;
-    std::array<char, 4096> bytes;
-    for (ssize_t size = 0; (size = ::read(outer_, bytes.data(), bytes.size())) > 0;)
-      text.append(bytes.data(), static_cast<std::size_t>(size));
-    std::erase(text, '\r');
-    return text;
-  }
-
- private:
-  void restore() {
-    if (kept_ < 0) return;
-    ::dup2(kept_, STDOUT_FILENO);
-    ::close(std::exchange(kept_, -1));
-    ::close(inner_);
-  }
-  int outer_ = -1, inner_ = -1, kept_ = -1;
-};
-
 TEST_F(OnlineTest, ATerminalShowsShortIdsAndLocalTimesWithinItsWidth) {
   const std::vector<std::string> words{"campaign", "list",         "--daemon",
                                        address_,   "--token-file", folder_.path() / "token"};
@@ -472,18 +315,6 @@ TEST_F(OnlineTest, ATerminalShowsShortIdsAndLocalTimesWithinItsWidth) {
   }
   EXPECT_THAT(shown, HasSubstr("11df5da4-0000-4000-8000-000000000001"));
   EXPECT_THAT(run({"campaign", "list"}).out, HasSubstr("2026-01-31T12:00:00.000Z"));
-}
-
-TEST(Verdict, IsColouredOnATerminalUnlessNoColorIsSet) {
-  const auto on_terminal = [](const char* no_color) {
-    ::setenv("NO_COLOR", no_color, 1);
-    ::setenv("TERM", "xterm", 1);
-    const Terminal terminal;
-    return with_shown_verdict("errors\n\nVerdict: red. Do not use it.\n");
-  };
-  EXPECT_EQ(on_terminal(""), "errors\n\nVerdict: \x1b[31mred\x1b[0m. Do not use it.\n");
-  EXPECT_EQ(on_terminal("1"), "errors\n\nVerdict: red. Do not use it.\n");
-  ::unsetenv("NO_COLOR");
 }
 
 TEST_F(OnlineTest, SaysWhatAnAddressOfTheDaemonLooksLike) {
@@ -562,58 +393,6 @@ TEST_F(OnlineTest, ADaemonThatStopsEndsAWatchWithItsReason) {
     EXPECT_EQ(error.exit_code, kUnreachable);
     EXPECT_THAT(error.message, testing::AllOf(HasSubstr("is lost"), HasSubstr("truepose status has")));
   }
-}
-
-TEST(CampaignText, SaysWhyAStoredDocumentCannotBeRead) {
-  rpc::CampaignGet::Result found;
-  for (json::value* const document : {&found.targets, &found.iso9283, &found.frame}) {
-    EXPECT_THAT(campaign_text(found), testing::Not(HasSubstr("document")));
-    *document = json::object{};
-    EXPECT_THAT(campaign_text(found), HasSubstr("the daemon's document: missing key"));
-    *document = nullptr;
-  }
-}
-
-TEST(StreamText, SaysWhyTheMeasuredCorrectionIsNotKnownAndShowsItWhereItIs) {
-  const auto of = [](const std::vector<std::optional<double>>& measured_deg) {
-    rpc::StreamStatus stream;
-    stream.measured_deg = measured_deg;
-    return stream_text(stream);
-  };
-  const std::optional<double> unknown;
-  EXPECT_THAT(of({unknown, unknown, unknown, unknown, unknown, unknown}),
-              HasSubstr("not separated from the drives' lag yet"));
-  EXPECT_THAT(of({0.499, unknown, 0, 0, 0, 0}), HasSubstr("0.499 - 0.000 0.000 0.000 0.000 deg"));
-  EXPECT_THAT(of({}), HasSubstr("measured      -"));
-}
-
-TEST(StreamText, ShowsOfTheRobotWhatIsKnownAndNothingElse) {
-  rpc::CellStatus status;
-  rpc::StreamStatus& stream = status.stream;
-  stream.armed = true;
-  stream.robot = {
-      .mode = "AUT", .override_percent = 50, .program = "active", .emergency_stop = true, .gate_open = false};
-  const std::string all =
-      "mode AUT, override 50 %, program active, emergency stop pressed, safety gate closed";
-  EXPECT_THAT(stream_text(stream), HasSubstr("robot         " + all + "\n"));
-  EXPECT_THAT(status_text(status), HasSubstr("not connected; " + all));
-  stream.robot = {.unknown = "refused"};
-  EXPECT_THAT(stream_text(stream), HasSubstr("mode -, override -, program -, emergency stop -, safety gate - "
-                                             "(not known: refused)"));
-}
-
-TEST(StreamText, TellsHowFastAndHowItRuns) {
-  rpc::StreamStatus stream;
-  stream.late_by = {.daemon = 1, .machine = 22, .network = 3};
-  stream.turnaround_us = {.p50 = 41.2, .p99 = 80, .p999 = 99, .max = 250};
-  stream.compute_us = {.p50 = 6.4, .p99 = 9, .p999 = 12, .max = 31};
-  stream.scheduling = {.policy = "SCHED_FIFO", .priority = 80, .cpus = {2, 3}, .locked_kB = 81920};
-  const std::string text = stream_text(stream);
-  EXPECT_THAT(text, HasSubstr("late by       daemon 1, machine 22, network 3\n"));
-  EXPECT_THAT(text, HasSubstr("wire          p50 41, p99 80, p99.9 99, max 250 us\n"));
-  EXPECT_THAT(text, HasSubstr("compute       p50 6, p99 9, p99.9 12, max 31 us\n"));
-  EXPECT_THAT(text, HasSubstr("scheduling    SCHED_FIFO 80 on CPU 2 3, 81920 kB locked\n"));
-  EXPECT_THAT(stream_text({}), HasSubstr("scheduling    -\n"));
 }
 
 }  // namespace

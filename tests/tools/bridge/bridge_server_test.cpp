@@ -3,12 +3,12 @@
 
 #include <gmock/gmock.h>
 
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/io_context.hpp>
-#include <random>
+#include <string>
+#include <vector>
 
 #include "core/math/angles.hpp"
 #include "drivers/bridge/bridge_tracker.hpp"
+#include "tests/tools/sim/tracker/tracker_over_loopback.hpp"
 #include "tools/truepose/bridge/conformance.hpp"
 
 namespace truepose::sim {
@@ -19,37 +19,10 @@ using namespace std::chrono_literals;
 using drivers::TrackerFault;
 using tools::BridgeVerdict, tools::Conformance;
 
-constexpr unsigned kBridgeSeed = 20261124;
-constexpr double kSigma_mm = 0.01;
-
-class StandingTarget final : public SimulatedTarget {
- public:
-  TargetSight look() const override { return {.p_WS_mm = p_WS_mm, .R_WT = R_WT}; }
-  std::optional<Eigen::Vector3d> p_WS_mm = Eigen::Vector3d{2500, 1200, -300};
-  Eigen::Matrix3d R_WT = Eigen::Matrix3d::Identity();
-};
-
-class SimulatedBridge : public testing::Test {
+class SimulatedBridge : public TrackerOverLoopback {
  protected:
-  SimulatedBridge() { RecordProperty("seed", kBridgeSeed); }
+  SimulatedBridge() : TrackerOverLoopback{20261124} {}
 
-  Eigen::Vector3d noisy(const Eigen::Vector3d& p_mm) {
-    std::normal_distribution<double> error{0, kSigma_mm};
-    return p_mm + Eigen::Vector3d{error(random_), error(random_), error(random_)};
-  }
-  template <class T>
-  T run(asio::awaitable<T> call) {
-    std::optional<T> result;
-    std::exception_ptr thrown;
-    asio::co_spawn(io, std::move(call), [&](std::exception_ptr error, T value) {
-      thrown = error;
-      result = std::move(value);
-    });
-    while (!result) io.run_one();
-    if (thrown) std::rethrow_exception(thrown);
-    return *std::move(result);
-  }
-  static drivers::TimePoint soon() { return std::chrono::steady_clock::now() + 60s; }
   auto aim(double radius_mm = 50) { return run(tracker.aim(aim_mm, radius_mm, soon())); }
   auto measure() { return run(tracker.measure(soon())); }
   void expect_point(double within_mm = 5 * kSigma_mm) {
@@ -77,16 +50,10 @@ class SimulatedBridge : public testing::Test {
     return promises;
   }
 
-  std::mt19937 random_{kBridgeSeed};
-  drivers::SteadyClock clock;
-  asio::io_context io;
-  const Machine machine{.io = io.get_executor(), .clock = clock};
-  StandingTarget target;
   BridgeServer server{
       machine, target, [this](const Eigen::Vector3d& p_mm) { return noisy(p_mm); }, {.speedup = 20}};
   drivers::BridgeTracker tracker{
       io.get_executor(), clock, {.host = "127.0.0.1", .port = server.port(), .reflector = "CCR-1.5in"}};
-  Eigen::Vector3d aim_mm = *target.p_WS_mm + Eigen::Vector3d{10, -5, 8};
 };
 
 TEST_F(SimulatedBridge, IsConnectedAimedMeasuredAndTurnedOver) {
