@@ -3,185 +3,23 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <array>
-#include <boost/asio/bind_cancellation_slot.hpp>
-#include <boost/asio/cancellation_signal.hpp>
-#include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
+#include <boost/asio/awaitable.hpp>
 #include <cmath>
-#include <functional>
 #include <memory>
-#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "core/math/angles.hpp"
-#include "drivers/clock.hpp"
-#include "proto/eki/document_splitter.hpp"
+#include "tests/drivers/eki_controller.hpp"
 
 namespace truepose::drivers {
 namespace {
 
 namespace asio = boost::asio;
-using asio::ip::tcp;
 using namespace std::chrono_literals;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-/// The controller's end of one connection.
-class Peer {
- public:
-  explicit Peer(tcp::socket socket) : socket_{std::move(socket)} {}
-
-  asio::awaitable<eki::ToController> read() {
-    for (;;) {
-      const auto document = splitter_.next();
-      if (*document) {
-        const auto message = eki::decode_to_controller(**document);
-        if (!message) throw std::runtime_error(message.error());
-        co_return *message;
-      }
-      std::array<char, 512> bytes;
-      const std::size_t size = co_await socket_.async_read_some(asio::buffer(bytes), asio::use_awaitable);
-      splitter_.feed({bytes.data(), size});
-    }
-  }
-
-  asio::awaitable<void> write(std::string text) {
-    co_await asio::async_write(socket_, asio::buffer(text), asio::use_awaitable);
-  }
-
-  void close() { socket_.close(); }
-
- private:
-  tcp::socket socket_;
-  eki::DocumentSplitter splitter_;
-};
-
-using Script = std::function<asio::awaitable<void>(std::shared_ptr<Peer>)>;
-
-const eki::Hello kHello{1, "#KR210R2700_2 C4 FLR", "864213", 0, 0, "KSS 8.6.11"};
-
-eki::State ready_state(std::int32_t id) {
-  eki::State state;
-  state.id = id;
-  state.mode = eki::OperatingMode::Ext;
-  state.override_percent = 40;
-  state.program = eki::ProgramState::Active;
-  state.drives_ready = state.no_emergency_stop = state.gate_closed = state.in_position = true;
-  state.axes_rad[1] = -90 * kRadPerDeg;
-  state.pose = {1765, 0, 1910, 0, 90, 0};
-  return state;
-}
-
-std::string text(const eki::FromController& message) { return eki::encode(message); }
-
-/// A controller with both channels on free ports. Each connection to CellLink plays the next script;
-/// CellState answers every control with `state`, unless it has a script of its own.
-class EkiRobot : public testing::Test {
- protected:
-  void serve(std::vector<Script> motion, Script state = {}) {
-    motion_scripts_ = std::move(motion);
-    state_script_ =
-        state ? std::move(state) : [this](std::shared_ptr<Peer> peer) { return answer_controls(peer); };
-    asio::co_spawn(context_, accept_motion(), asio::detached);
-    asio::co_spawn(context_, accept_state(), asio::detached);
-  }
-
-  /// Runs the body against the robot until it ends.
-  void run(std::function<asio::awaitable<void>(KukaEkiRobot&)> body) {
-    KukaEkiRobot robot{
-        context_.get_executor(),
-        clock_,
-        {"127.0.0.1", motion_acceptor_.local_endpoint().port(), state_acceptor_.local_endpoint().port(), 6,
-         [this](recording::Kind kind, std::string_view bytes) { heard_.emplace_back(kind, bytes); }}};
-    bool ended = false;
-    asio::co_spawn(context_, body(robot), [&](std::exception_ptr error) {
-      ended = true;
-      context_.stop();
-      if (error) std::rethrow_exception(error);
-    });
-    context_.run_for(60s);
-    EXPECT_TRUE(ended);
-    robot.disconnect();
-  }
-
-  asio::awaitable<void> answer_controls(std::shared_ptr<Peer> peer) {
-    for (;;) {
-      const eki::ToController message = co_await peer->read();
-      const auto& control = std::get<eki::Control>(message);
-      controls_.push_back(control.op);
-      eki::State state = state_;
-      state.id = control.id;
-      co_await peer->write(text(state));
-    }
-  }
-
-  TimePoint soon() const { return clock_.now() + 30s; }
-  TimePoint very_soon() const { return clock_.now() + 50ms; }
-
-  SteadyClock clock_;
-  asio::io_context context_;
-  tcp::acceptor motion_acceptor_{context_, {asio::ip::address_v4::loopback(), 0}};
-  tcp::acceptor state_acceptor_{context_, {asio::ip::address_v4::loopback(), 0}};
-  eki::State state_ = ready_state(0);
-  std::vector<eki::ControlOp> controls_;
-  std::vector<std::pair<recording::Kind, std::string>> heard_;  ///< on CellLink
-
- private:
-  asio::awaitable<void> accept_motion() {
-    for (const Script& script : motion_scripts_) {
-      tcp::socket socket = co_await motion_acceptor_.async_accept(asio::use_awaitable);
-      const auto peer = std::make_shared<Peer>(std::move(socket));
-      connections_.push_back(peer);
-      asio::co_spawn(context_, script(peer), asio::detached);
-    }
-  }
-
-  asio::awaitable<void> accept_state() {
-    for (;;) {
-      tcp::socket socket = co_await state_acceptor_.async_accept(asio::use_awaitable);
-      const auto peer = std::make_shared<Peer>(std::move(socket));
-      connections_.push_back(peer);
-      asio::co_spawn(context_, state_script_(peer), asio::detached);
-    }
-  }
-
-  std::vector<Script> motion_scripts_;
-  Script state_script_;
-  std::vector<std::shared_ptr<Peer>> connections_;  // open until the test closes them
-};
-
-JointVector target() {
-  JointVector q{6};
-  q << 0.1, -1.5, 1.4, 0.2, -0.3, 3;
-  return q;
-}
-
-eki::Ack ack(const eki::Command& command, eki::AckState state, int error = 0) {
-  return {command.id, state, error, command.axes_rad};
-}
-
-/// Greets and then answers every command with the states.
-Script greet_and_answer(std::vector<eki::AckState> states, int error = 0,
-                        std::vector<eki::Command>* seen = nullptr) {
-  return [=](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
-    co_await peer->write(text(kHello));
-    for (;;) {
-      const eki::ToController message = co_await peer->read();
-      const auto& command = std::get<eki::Command>(message);
-      if (seen) seen->push_back(command);
-      for (const eki::AckState state : states) co_await peer->write(text(ack(command, state, error)));
-    }
-  };
-}
-
 using enum eki::AckState;
 
 TEST_F(EkiRobot, ConnectsAndSaysWhichArmItIs) {
@@ -290,8 +128,9 @@ TEST_F(EkiRobot, ComesAgainToAControllerThatHasNotYetSeenItsLastClientGo) {
     co_return;
   };
   int taken = 0;
-  serve({drop, greet_and_answer({})},
-        [&](std::shared_ptr<Peer> peer) { return ++taken == 1 ? drop(peer) : answer_controls(peer); });
+  serve({drop, greet_and_answer({})}, [&, answer = answer_with_state()](std::shared_ptr<Peer> peer) {
+    return ++taken == 1 ? drop(peer) : answer(peer);
+  });
   run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
     const auto identity = co_await robot.connect(soon());
     EXPECT_TRUE(identity) << identity.error().detail;
@@ -476,135 +315,6 @@ TEST_F(EkiRobot, StartsTheStreamProgramAndReturnsWhenItRuns) {
   });
   ASSERT_EQ(seen.size(), 1u);
   EXPECT_EQ(seen[0].type, eki::CommandType::StartRsi);
-}
-
-TEST_F(EkiRobot, StopsAndReleasesTheStopOnlyWhenTheArmStands) {
-  int left = 3;
-  serve({greet_and_answer({})}, [&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
-    for (;;) {
-      const eki::ToController message = co_await peer->read();
-      const auto& control = std::get<eki::Control>(message);
-      controls_.push_back(control.op);
-      eki::State state = ready_state(control.id);
-      const bool braking = controls_.size() > 1 && left > 0;
-      state.moving = braking;
-      if (braking) --left;
-      co_await peer->write(text(state));
-    }
-  });
-  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
-    co_await robot.connect(soon());
-    const auto stopped = co_await robot.stop(soon());
-    EXPECT_TRUE(stopped) << stopped.error().detail;
-  });
-  using enum eki::ControlOp;
-  EXPECT_THAT(controls_, testing::ElementsAre(ReleaseStop, Stop, AskState, AskState, AskState, ReleaseStop));
-}
-
-TEST_F(EkiRobot, SaysThatTheArmStillMovesAndNotThatTheControllerIsSilent) {
-  serve({greet_and_answer({})}, [&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
-    for (;;) {
-      const eki::ToController message = co_await peer->read();
-      eki::State state = ready_state(std::get<eki::Control>(message).id);
-      state.moving = true;
-      co_await peer->write(text(state));
-    }
-  });
-  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
-    co_await robot.connect(soon());
-    const auto stopped = co_await robot.stop(clock_.now() + 3s);
-    EXPECT_EQ(stopped ? "" : stopped.error().detail, "the arm still moves after the order to stop");
-  });
-}
-
-TEST_F(EkiRobot, StopsWhileAStateIsAwaitedAndBothGetTheirAnswers) {
-  serve({greet_and_answer({})}, [&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
-    std::int32_t asked = 0;
-    for (;;) {
-      const eki::ToController message = co_await peer->read();
-      const auto& control = std::get<eki::Control>(message);
-      controls_.push_back(control.op);
-      if (control.op == eki::ControlOp::AskState) {
-        asked = control.id;  // answered only behind the answer to the stop
-        continue;
-      }
-      co_await peer->write(text(ready_state(control.id)));
-      if (control.op == eki::ControlOp::Stop) co_await peer->write(text(ready_state(asked)));
-    }
-  });
-  int answered = 0;
-  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
-    co_await robot.connect(soon());
-    const auto ask = [&]() -> asio::awaitable<void> {
-      const auto state = co_await robot.state(soon());
-      EXPECT_TRUE(state) << state.error().detail;
-      ++answered;
-    };
-    const auto executor = co_await asio::this_coro::executor;
-    asio::co_spawn(executor, ask(), asio::detached);
-    while (std::ranges::count(controls_, eki::ControlOp::AskState) == 0) {
-      co_await asio::post(executor, asio::use_awaitable);
-    }
-    const auto stopped = co_await robot.stop(soon());
-    EXPECT_TRUE(stopped) << stopped.error().detail;
-    while (answered == 0) co_await asio::post(executor, asio::use_awaitable);
-  });
-  EXPECT_EQ(answered, 1);
-}
-
-TEST_F(EkiRobot, StopsOverANewConnectionWhereItHasLostTheOneBefore) {
-  serve({greet_and_answer({})}, [&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
-    for (;;) {
-      const eki::ToController message = co_await peer->read();
-      const auto& control = std::get<eki::Control>(message);
-      controls_.push_back(control.op);
-      if (controls_.size() == 2) co_return peer->close();
-      co_await peer->write(text(ready_state(control.id)));
-    }
-  });
-  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
-    co_await robot.connect(soon());
-    EXPECT_FALSE(co_await robot.state(soon()));
-    const auto stopped = co_await robot.stop(soon());
-    EXPECT_TRUE(stopped) << stopped.error().detail;
-  });
-  using enum eki::ControlOp;
-  EXPECT_THAT(controls_, testing::ElementsAre(ReleaseStop, AskState, Stop, ReleaseStop));
-}
-
-TEST_F(EkiRobot, ThrowsWhenAMoveIsCancelledAndCanStillBeStopped) {
-  bool moving = false;
-  serve({[&](std::shared_ptr<Peer> peer) -> asio::awaitable<void> {
-    co_await peer->write(text(kHello));
-    co_await peer->read();
-    moving = true;
-    co_await peer->read();
-  }});
-  run([&](KukaEkiRobot& robot) -> asio::awaitable<void> {
-    co_await robot.connect(soon());
-    asio::cancellation_signal cancel;
-    const auto executor = co_await asio::this_coro::executor;
-    std::exception_ptr ended;
-    bool done = false;
-    const auto move = [&]() -> asio::awaitable<void> { co_await robot.move({target()}, soon()); };
-    asio::co_spawn(executor, move(),
-                   asio::bind_cancellation_slot(cancel.slot(), [&](std::exception_ptr error) {
-                     ended = error;
-                     done = true;
-                   }));
-    while (!moving) co_await asio::post(executor, asio::use_awaitable);
-    cancel.emit(asio::cancellation_type::terminal);
-    while (!done) co_await asio::post(executor, asio::use_awaitable);
-    EXPECT_TRUE(ended);
-    if (!ended) co_return;
-    try {
-      std::rethrow_exception(ended);
-    } catch (const boost::system::system_error& error) {
-      EXPECT_EQ(error.code(), asio::error::operation_aborted);
-    }
-    const auto stopped = co_await robot.stop(soon());
-    EXPECT_TRUE(stopped) << stopped.error().detail;
-  });
 }
 
 }  // namespace
