@@ -1,14 +1,13 @@
 #include "core/diagnosis/from_a_row_on.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "core/data/other_units.hpp"
+#include "core/diagnosis/change_row.hpp"
 #include "core/diagnosis/explanation.hpp"
 #include "core/fit/measurement_model.hpp"
 #include "core/fit/placement.hpp"
 #include "core/math/rigid_fit.hpp"
-#include "core/math/statistics.hpp"
 
 namespace truepose {
 namespace {
@@ -19,27 +18,6 @@ using ReflectorNames = std::vector<std::string>;
 constexpr std::size_t kFewestRows = 8;  // on either side: fewer are outliers, and place no arm
 constexpr double kOtherSetUp_mm = 50;   // a tracker that moved by less was bumped
 constexpr int kRounds = 3;
-
-/// The row from which on `later` fits better and before which `earlier` does.
-///
-/// @param earlier, later  misses of each row
-std::size_t change_between(const std::vector<double>& earlier, const std::vector<double>& later) {
-  std::vector<double> better;
-  for (std::size_t i = 0; i < earlier.size(); ++i) better.push_back(std::min(earlier[i], later[i]));
-  const double most = 10 * median(better);  // a row counts no more, so that outliers do not decide
-  double cost = 0;
-  for (const double miss : later) cost += std::min(miss, most);
-  double least = cost;
-  std::size_t row = 0;
-  for (std::size_t i = 0; i < earlier.size(); ++i) {
-    cost += std::min(earlier[i], most) - std::min(later[i], most);
-    if (cost < least) {
-      least = cost;
-      row = i + 1;
-    }
-  }
-  return row;
-}
 
 bool is_inside(std::size_t row, const Points& rows) {
   return row >= kFewestRows && row + kFewestRows <= rows.size();
@@ -60,7 +38,7 @@ void convert_rows_from(const ReflectorNames& names, double mm, bool later, Model
   const CalibratedCell cell = placement(given.arm, names, right);
   const Points other = converted(rows, mm);
   const std::vector<double> as_given = misses(cell, rows), in_mm = misses(cell, other);
-  const std::size_t row = later ? change_between(as_given, in_mm) : change_between(in_mm, as_given);
+  const std::size_t row = (later ? change_between(as_given, in_mm) : change_between(in_mm, as_given)).row;
   if (!is_inside(row, rows)) return;
   given.from_row = rows[row].row;
   const auto at = static_cast<std::ptrdiff_t>(row);
@@ -96,7 +74,7 @@ void join_setups(const ReflectorNames& names, ModelAndPoints& given) {
     const auto at = [&](std::size_t i) { return rows.begin() + static_cast<std::ptrdiff_t>(i); };
     first = placement(given.arm, names, Points(rows.begin(), at(ends)));
     const CalibratedCell second = placement(given.arm, names, Points(at(begins), rows.end()));
-    row = change_between(misses(first, rows), misses(second, rows));
+    row = change_between(misses(first, rows), misses(second, rows)).row;
     if (!is_inside(row, rows)) return;
     ends = begins = row;
   }

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/diagnosis/change_row.hpp"
 #include "core/diagnosis/explanation.hpp"
 #include "core/fit/measurement_model.hpp"
 #include "core/fit/placement.hpp"
@@ -63,45 +64,28 @@ Mistake all_shifted(int shift) {
 constexpr std::size_t kFewestRowsWithGap = 16;
 constexpr std::size_t kFewestRowsMoved = 4;  // fewer are outliers
 
-struct Gap {
-  std::size_t first = 0;  ///< row from which on the rows are shifted
-  double cost = std::numeric_limits<double>::infinity();
-};
-
-/// Where the rows are better shifted than not, judged by `cell`. A row counts no more than some times what
-/// the better ones leave, so that outliers do not decide.
-Gap best_gap(const CalibratedCell& cell, const Points& rows, int shift) {
+/// The row from which on the rows are better shifted than not, judged by `cell`.
+ChangeRow best_gap(const CalibratedCell& cell, const Points& rows, int shift) {
   Points moved = rows;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (has_partner(rows, i, shift)) moved[i] = paired(rows, i, shift);
   }
-  const std::vector<double> before = misses(cell, rows), after = misses(cell, moved);
-  std::vector<double> better;
-  for (std::size_t i = 0; i < rows.size(); ++i) better.push_back(std::min(before[i], after[i]));
-  const double most = 10 * median(better);
-  double cost = 0;
-  for (const double miss : after) cost += std::min(miss, most);
-  Gap best{.first = 0, .cost = cost};
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    cost += std::min(before[i], most) - std::min(after[i], most);
-    if (cost < best.cost) best = {i + 1, cost};
-  }
-  return best;
+  return change_between(misses(cell, rows), misses(cell, moved));
 }
 
 /// The gap, searched from both ends of the file, one of them with right rows, and again with all rows fixed.
 std::size_t gap_of(const RobotModel& arm, Names names, const Points& rows, int shift) {
   const auto third = static_cast<std::ptrdiff_t>(rows.size() / 3);
   const Points moved = shifted_from(rows, 0, shift);
-  Gap gap;
+  ChangeRow gap{.cost = std::numeric_limits<double>::infinity()};
   for (const Points& part :
        {Points{rows.begin(), rows.begin() + third}, Points{moved.end() - third, moved.end()}}) {
-    const Gap seen = best_gap(placement(arm, names, part), rows, shift);
+    const ChangeRow seen = best_gap(placement(arm, names, part), rows, shift);
     if (seen.cost < gap.cost) gap = seen;
   }
   for (int round = 0; round < 3; ++round)
-    gap = best_gap(placement(arm, names, shifted_from(rows, gap.first, shift)), rows, shift);
-  return gap.first;
+    gap = best_gap(placement(arm, names, shifted_from(rows, gap.row, shift)), rows, shift);
+  return gap.row;
 }
 
 Mistake missing_in_the_middle(Names names, int shift) {
