@@ -4,6 +4,18 @@ namespace truepose::rpc {
 
 using record::kCount, record::kLargeCount, record::OneOf;
 
+namespace {
+
+/// How stream.stop and stream.disarm end.
+constexpr std::string_view kRampedOut =
+    "Answers when the correction is zero. A frozen stream (E_STREAM_FROZEN) cannot be ramped out: it "
+    "is refused at once (-32003), and the correction stays as it is. Remove the cause that the fault "
+    "names, cell.acknowledge, and ask again. Or end the robot program on the pendant: its RSI takes "
+    "the correction with it. A ramp that takes longer than 30 s is answered -32005, and is a fault "
+    "of the cell.";
+
+}  // namespace
+
 void layout(Io& io, Percentiles& x) {
   io.record("Percentiles");
   io("p50", x.p50);
@@ -135,12 +147,7 @@ const Method& StreamStop::method() {
       .name = "stream.stop",
       .role = Role::Operator,
       .summary = "Ramps the corrections out and leaves RSI",
-      .description =
-          "Answers when the correction is zero. A frozen stream (E_STREAM_FROZEN) cannot be ramped out: it "
-          "is refused at once (-32003), and the correction stays as it is. Remove the cause that the fault "
-          "names, cell.acknowledge, and ask again. Or end the robot program on the pendant: its RSI takes "
-          "the correction with it. A ramp that takes longer than 30 s is answered -32005, and is a fault "
-          "of the cell.",
+      .description = kRampedOut,
       .errors = {ErrorCode::Forbidden, ErrorCode::WrongState, ErrorCode::Device},
       .is_always_carried_out = true,
       .is_long = true,
@@ -166,12 +173,7 @@ const Method& StreamDisarm::method() {
       .name = "stream.disarm",
       .role = Role::Operator,
       .summary = "Ramps the correction of the session that is open out, and corrects no other",
-      .description =
-          "Answers when the correction is zero. A frozen stream (E_STREAM_FROZEN) cannot be ramped out: it "
-          "is refused at once (-32003), and the correction stays as it is. Remove the cause that the fault "
-          "names, cell.acknowledge, and ask again. Or end the robot program on the pendant: its RSI takes "
-          "the correction with it. A ramp that takes longer than 30 s is answered -32005, and is a fault "
-          "of the cell.",
+      .description = kRampedOut,
       .errors = {ErrorCode::Forbidden, ErrorCode::WrongState, ErrorCode::Device},
       .is_always_carried_out = true,
       .is_long = true,
