@@ -1,17 +1,13 @@
 #include "tools/truepose/online/path_report.hpp"
 
-#include <cstdio>
 #include <string>
-#include <vector>
 
 #include "config/path_file.hpp"
 #include "config/robot_file.hpp"
-#include "config/text_file.hpp"
 #include "daemon/report/report.hpp"
-#include "proto/control/json_text.hpp"
 #include "proto/record/json_io.hpp"
 #include "tools/truepose/offline/arm_options.hpp"
-#include "tools/truepose/written_files.hpp"
+#include "tools/truepose/online/report_output.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -33,15 +29,9 @@ int report_path(const OnlineOptions& online, const ReportOptions& options) {
   const record::ProductionDocument document{
       frame.nominal.name, options.model.string(),
       record::production_of(config::load_production_path(options.path, frame))};
-  const std::string html = report::render_production_html(document),
-                    table = report::production_text(document.production),
-                    text = control::json_text(record::to_json(document)) + "\n";
-  std::vector<config::TextFile> files;
-  if (!options.html.empty()) files.push_back({options.html, html});
-  if (!options.json.empty()) files.push_back({options.json, text});
-  config::write_together(files);
-  std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
-  if (!online.json) note_written({options.html, options.json});
+  deliver({report::render_production_html(document), report::production_text(document.production),
+           record::to_json(document)},
+          options, online.json);
   if (std::string why = report::why_refuted(document.production); !why.empty())
     throw CommandError{kFailed, std::move(why)};
   return kDone;

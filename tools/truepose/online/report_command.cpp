@@ -1,9 +1,7 @@
 #include <boost/json.hpp>
-#include <cstdio>
 #include <optional>
 #include <stdexcept>
 #include <utility>
-#include <vector>
 
 #include "config/path_file.hpp"
 #include "config/text_file.hpp"
@@ -13,8 +11,8 @@
 #include "proto/rpc/stream.hpp"
 #include "tools/truepose/online/campaign_source.hpp"
 #include "tools/truepose/online/online_commands.hpp"
+#include "tools/truepose/online/report_output.hpp"
 #include "tools/truepose/text.hpp"
-#include "tools/truepose/written_files.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -72,16 +70,9 @@ int report_campaign(const OnlineOptions& online, const ReportOptions& options) t
   const auto iso9283 = read_if_given(options.iso9283), frame = read_if_given(options.frame);
   // Rendered before anything is written, so that a document that cannot be used leaves no file behind.
   const report::ReportDocument read{document};
-  const std::string html =
-      report::render_html(read, {iso9283 ? &*iso9283 : nullptr, frame ? &*frame : nullptr});
-  const std::string table = with_shown_verdict(report::render_text(read));
-  const std::string text = control::json_text(document) + "\n";
-  std::vector<config::TextFile> files;
-  if (!options.html.empty()) files.push_back({options.html, html});
-  if (!options.json.empty()) files.push_back({options.json, text});
-  config::write_together(files);
-  std::fputs(online.json ? text.c_str() : table.c_str(), stdout);
-  if (!online.json) note_written({options.html, options.json});
+  deliver({report::render_html(read, {iso9283 ? &*iso9283 : nullptr, frame ? &*frame : nullptr}),
+           with_shown_verdict(report::render_text(read)), document},
+          options, online.json);
   if (std::string why = report::why_unusable(read); !why.empty()) throw CommandError{kFailed, std::move(why)};
   return kDone;
 } catch (const CommandError& error) {
