@@ -6,10 +6,10 @@
 #include "core/data/calibrated_cell.hpp"
 #include "core/math/angles.hpp"
 #include "core/math/random.hpp"
-#include "tests/config/arm_members.hpp"
 #include "tests/config/error_of.hpp"
 #include "tests/core/example_arms.hpp"
 #include "tests/members.hpp"
+#include "tests/model_members.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose {
@@ -17,23 +17,11 @@ namespace truepose {
 template <>
 inline constexpr int kMembers<config::ModelFile> = 18;
 template <>
-inline constexpr int kMembers<CalibrationVerdict> = 1;
-template <>
-inline constexpr int kMembers<Finding> = 4;
-template <>
 inline constexpr int kMembers<ThermalResponse> = 3;
 template <>
 inline constexpr int kMembers<config::ValidationPoint> = 5;
 template <>
 inline constexpr int kMembers<CalibratedCell> = 4;
-template <>
-inline constexpr int kMembers<BasePose> = 2;
-template <>
-inline constexpr int kMembers<Reflector> = 2;
-template <>
-inline constexpr int kMembers<IdentifiedParameter> = 6;
-template <>
-inline constexpr int kMembers<MeasurementNoise> = 2;
 
 }  // namespace truepose
 

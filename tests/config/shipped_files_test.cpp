@@ -12,7 +12,7 @@
 #include "config/scenario.hpp"
 #include "core/arm/forward.hpp"
 #include "core/math/angles.hpp"
-#include "tests/config/arm_members.hpp"
+#include "tests/model_members.hpp"
 #include "tests/temp_folder.hpp"
 
 namespace truepose {

@@ -10,7 +10,9 @@
 #include "proto/record/drift_document.hpp"
 #include "proto/record/frame_document.hpp"
 #include "proto/record/iso9283_document.hpp"
+#include "proto/record/json_io.hpp"
 #include "tests/members.hpp"
+#include "tests/model_members.hpp"
 
 namespace truepose {
 
@@ -81,10 +83,6 @@ inline constexpr int kMembers<AxisStatistics> = 3;
 template <>
 inline constexpr int kMembers<ErrorStatistics> = 9;
 template <>
-inline constexpr int kMembers<CalibrationVerdict> = 1;
-template <>
-inline constexpr int kMembers<Finding> = 4;
-template <>
 inline constexpr int kMembers<StageErrors> = 6;
 template <>
 inline constexpr int kMembers<TurnErrors> = 3;
@@ -96,8 +94,6 @@ template <>
 inline constexpr int kMembers<MountedTarget> = 3;
 template <>
 inline constexpr int kMembers<DeviationGain> = 3;
-template <>
-inline constexpr int kMembers<DeviationTerm> = 4;
 template <>
 inline constexpr int kMembers<DeviationChoice> = 6;
 template <>
@@ -111,25 +107,11 @@ inline constexpr int kMembers<UncertaintyMap> = 4;
 template <>
 inline constexpr int kMembers<Sweep> = 4;
 template <>
-inline constexpr int kMembers<BasePose> = 2;
-template <>
-inline constexpr int kMembers<Reflector> = 2;
-template <>
-inline constexpr int kMembers<IdentifiedParameter> = 6;
-template <>
 inline constexpr int kMembers<Arm> = 6;
 template <>
 inline constexpr int kMembers<ArmJoint> = 2;
 template <>
 inline constexpr int kMembers<ArmJoint::Mass> = 1;
-template <>
-inline constexpr int kMembers<LinkMass> = 2;
-template <>
-inline constexpr int kMembers<Joint> = 11;
-template <>
-inline constexpr int kMembers<MeasurementNoise> = 2;
-template <>
-inline constexpr int kMembers<TrackerNoiseModel> = 4;
 template <>
 inline constexpr int kMembers<DriftDocument> = 13;
 template <>
@@ -250,7 +232,8 @@ TEST(CalibrationDocumentReader, NamesTheMemberThatIsWrongAndWhatItFound) {
   EXPECT_EQ(with("/points/0/set", "both"),
             "points[0].set: expected one of identify, validate, found \"both\"");
   EXPECT_EQ(with("/points/0/before", json::array{1, 2}), "points[0].before: expected 3 numbers, found 2");
-  EXPECT_EQ(with("/identify/after/x/rms", "a"), "identify.after.x.rms: expected a number of 0.0 or more, found \"a\"");
+  EXPECT_EQ(with("/identify/after/x/rms", "a"),
+            "identify.after.x.rms: expected a number of 0.0 or more, found \"a\"");
   EXPECT_EQ(with("/parameters/0/data_share", 2),
             "parameters[0].data_share: expected a number 0.0..1.0, found 2");
   EXPECT_EQ(with("/rank", nullptr), "rank: expected a whole number of 0 or more, found null");
@@ -294,7 +277,7 @@ TEST(DocumentReaders, RefuseAnOldMemberWithItsNewName) {
         Old{"", "probability", "p_value"}, Old{"/causes/0", "probability", "p_value"},
         Old{"/update", "wrong", "rejected"}, Old{"/update", "doubts", "warnings"},
         Old{"/update", "left_out", "leave_one_out"}, Old{"/update", "probability", "p_value"}}) {
-    const auto read = read_drift_document(with(drift_document(drift), old));
+    const auto read = from_json<DriftDocument>(with(drift_document(drift), old));
     EXPECT_THAT(read ? "" : read.error(), HasSubstr(refusal(old)));
   }
 
@@ -322,7 +305,7 @@ TEST(DriftDocumentReader, ReadsBackEveryMemberThatIsWritten) {
       if (cause.kind != ChangeKind::Reading) cause.row = 0;
     }
   }
-  const auto read = read_drift_document(drift_document(x));
+  const auto read = from_json<DriftDocument>(drift_document(x));
   ASSERT_TRUE(read) << read.error();
   EXPECT_TRUE(same(*read, x));
 }

@@ -14,13 +14,8 @@
 #include "core/compensate/target_compensation.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
-#include "core/math/random.hpp"
 #include "tests/core/plain_kinematics.hpp"
-#include "tests/process.hpp"
-#include "tests/temp_folder.hpp"
-#include "tests/tools/known_model.hpp"
-#include "tests/tools/printed_document.hpp"
-#include "tests/tools/robot_file.hpp"
+#include "tests/tools/known_arm_command.hpp"
 
 namespace truepose {
 namespace {
@@ -28,26 +23,10 @@ namespace {
 namespace json = boost::json;
 using testing::HasSubstr;
 
-constexpr double kNoise_mm = 0.01;
-
-class FrameCommand : public testing::Test {
+class FrameCommand : public KnownArmCommand {
  protected:
-  Finished run(const std::string& command, std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), {command, "--robot", kRobot, "--model", model_file_});
-    return run_program("truepose", arguments);
-  }
-  json::object document(const std::string& command, std::vector<std::string> arguments) const {
-    arguments.push_back("--json");
-    const Finished finished = run(command, arguments);
-    EXPECT_EQ(finished.exit_code, 0) << finished.err;
-    return printed_document(finished.out).as_object();
-  }
-  std::string path(const char* name) const { return folder_.path() / name; }
+  FrameCommand() : KnownArmCommand{20} {}
 
-  Eigen::Vector3d noise(double sigma_mm = kNoise_mm) {
-    const double x = random_.normal(), y = random_.normal(), z = random_.normal();
-    return sigma_mm * Eigen::Vector3d(x, y, z);
-  }
   JointVector joints() {
     JointVector q(6);
     q << random_.uniform(-1, 1), random_.uniform(-1.7, -1.1), random_.uniform(1.3, 1.9),
@@ -131,11 +110,6 @@ class FrameCommand : public testing::Test {
     return path("base.yaml");
   }
 
-  TempFolder folder_;
-  Random random_{20};
-  RobotModel nominal_ = config::load_robot(kRobot);
-  config::ModelFile model_ = known_model(nominal_, kNoise_mm);
-  std::string model_file_ = folder_.write("model.yaml", config::model_yaml(model_));
   Eigen::Matrix4d X_FT_ = plain::kuka_frame({90, -60, 310}, {35, 62, -140});
   Eigen::Matrix4d X_BU_ = plain::kuka_frame({1500, 150, 700}, {20, 3, -2});
 };

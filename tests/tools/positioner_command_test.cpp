@@ -12,13 +12,8 @@
 #include "config/robot_file.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
-#include "core/math/random.hpp"
 #include "tests/core/plain_kinematics.hpp"
-#include "tests/process.hpp"
-#include "tests/temp_folder.hpp"
-#include "tests/tools/known_model.hpp"
-#include "tests/tools/printed_document.hpp"
-#include "tests/tools/robot_file.hpp"
+#include "tests/tools/known_arm_command.hpp"
 
 namespace truepose {
 namespace {
@@ -26,7 +21,6 @@ namespace {
 namespace json = boost::json;
 using testing::HasSubstr;
 
-constexpr double kReading_mm = 0.01;
 constexpr const char* kTurntable =
     "name: KP1\njoints:\n  - {a: 0, alpha: 0, d: 450, theta: 0, beta: 0, sign: 1, min: -185, max: 185, speed: 60}\n";
 constexpr const char* kTiltAndTurn =
@@ -34,24 +28,10 @@ constexpr const char* kTiltAndTurn =
     "  - {a: 120, alpha: -90, d: 250, theta: 0, beta: 0, sign: 1, min: -185, max: 185, speed: 60}\n";
 constexpr const char* kRoot = "1900,350,-150,25,0,0";
 
-class PositionerCommand : public testing::Test {
+class PositionerCommand : public KnownArmCommand {
  protected:
-  Finished run(const std::string& command, std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), {command, "--robot", kRobot, "--model", model_file_});
-    return run_program("truepose", arguments);
-  }
-  json::object document(const std::string& command, std::vector<std::string> arguments) const {
-    arguments.push_back("--json");
-    const Finished finished = run(command, arguments);
-    EXPECT_EQ(finished.exit_code, 0) << finished.err;
-    return finished.exit_code == 0 ? printed_document(finished.out).as_object() : json::object{};
-  }
-  std::string path(const char* name) const { return folder_.path() / name; }
+  PositionerCommand() : KnownArmCommand{23} {}
 
-  Eigen::Vector3d noise() {
-    const double x = random_.normal(), y = random_.normal(), z = random_.normal();
-    return kReading_mm * Eigen::Vector3d(x, y, z);
-  }
   std::string cells(const Eigen::VectorXd& numbers, double factor = 1) const {
     std::ostringstream text;
     text.precision(17);
@@ -118,11 +98,6 @@ class PositionerCommand : public testing::Test {
     return path("positioner.yaml");
   }
 
-  TempFolder folder_;
-  Random random_{23};
-  RobotModel nominal_ = config::load_robot(kRobot);
-  config::ModelFile model_ = known_model(nominal_, kReading_mm);
-  std::string model_file_ = folder_.write("model.yaml", config::model_yaml(model_));
   std::string table_file_;
   RobotModel truth_;
   Eigen::Matrix4d X_BR_ = plain::kuka_frame({1902, 348, -151}, {25.1, 0.2, -0.1});
@@ -158,7 +133,7 @@ TEST_P(PositionerTargets, AreReachedOnTheTableWhereverItIsTurned) {
     EXPECT_LT(plain::mm_between(real, wanted[i]), 0.06) << i;
     EXPECT_LT(plain::rad_between(real, wanted[i]), 2e-4) << i;
     const double sigma_mm = reached.at("sigma_mm").at(i).to_number<double>();
-    EXPECT_GT(sigma_mm, std::sqrt(3.0) * kReading_mm) << "of the arm alone";
+    EXPECT_GT(sigma_mm, std::sqrt(3.0) * kNoise_mm) << "of the arm alone";
     EXPECT_LT(sigma_mm, 0.1);
   }
 }

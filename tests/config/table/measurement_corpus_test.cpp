@@ -50,6 +50,8 @@ std::string krl_text(const Sheet& sheet, const std::string& separator, const std
   return text;
 }
 
+std::string row_number(std::size_t row) { return std::to_string(row); }
+
 std::string padded(const Sheet& sheet, int width) {
   std::string text;
   for (const std::string& name : sheet.header) text += formatted("%*s", width, name.c_str());
@@ -72,19 +74,17 @@ std::vector<CorpusFile> files_that_are_read() {
   const Sheet kuka = s.with_header(plus(six("A"), {"X", "Y", "Z"}));
   const auto number = [](std::size_t row) { return std::to_string(row + 1); };
   const auto remark = [](std::size_t row) { return row % 3 == 0 ? std::string{"gut, ok"} : std::string{}; };
-  const auto zero = [](std::size_t) { return std::string{"0.0"}; };
+  const std::string zero = "0.0";
   const std::string degree = "\xC2\xB0", degree_1252 = "\xB0";
   const Names german_names = plus(six("A", " (" + degree + ")"), kXyzMm);
   const Names german_1252 = plus(six("A", " (" + degree_1252 + ")"), kXyzMm);
-  const TableReading by_number{.columns = {{"q1", "1"},
-                                           {"q2", "2"},
-                                           {"q3", "3"},
-                                           {"q4", "4"},
-                                           {"q5", "5"},
-                                           {"q6", "6"},
-                                           {"x", "7"},
-                                           {"y", "8"},
-                                           {"z", "9"}}};
+  const Names letters{"a", "b", "c", "d", "e", "f", "g", "h", "i"};
+  const auto columns = [&](const Names& names) {
+    TableReading reading;
+    for (std::size_t k = 0; k < names.size(); ++k) reading.columns.push_back({s.header[k], names[k]});
+    return reading;
+  };
+  const TableReading by_number = columns({"1", "2", "3", "4", "5", "6", "7", "8", "9"});
   const TableReading rad_m{.units = TableUnits{"rad", "m"}};
   const Sheet rad = s.scaled(0, 6, kDegree), rad_metres = rad.scaled(6, 9, 1e-3);
   std::vector<CorpusFile> files{
@@ -141,7 +141,7 @@ std::vector<CorpusFile> files_that_are_read() {
       {"trailing semicolons behind the rows alone", with_part(german.text(";", ";\n"), "z;\n", "z\n")},
       {"empty last rows", s.text() + std::string(",,,,,,,,\n") + ",,,,,,,,\n"},
       {"empty last rows of semicolons", german.text(";") + ";;;;;;;;\n;;;;;;;;\n"},
-      {"index of pandas", s.with_column(0, "", [](std::size_t row) { return std::to_string(row); }).text()},
+      {"index of pandas", s.with_column(0, "", row_number).text()},
       {"index of pandas read again", s.with_column(0, "Unnamed: 0", number).text()},
       {"row names of R", with_part(s.with_column(0, "_", number).text(), "_,", "")},
       {"A1..A6", kuka.text()},
@@ -183,18 +183,7 @@ std::vector<CorpusFile> files_that_are_read() {
       {"KRL cells without quotes", krl_text(s, ";", "", ",E1 0.0,E2 0.0,E3 0.0,E4 0.0,E5 0.0,E6 0.0")},
       {"KRL cells between commas", krl_text(s, ",", "", "")},
       {"KRL cells behind tabs", krl_text(s, "\t", "", "")},
-      {"columns by --columns",
-       s.with_header({"a", "b", "c", "d", "e", "f", "g", "h", "i"}).text(),
-       "",
-       {.columns = {{"q1", "a"},
-                    {"q2", "b"},
-                    {"q3", "c"},
-                    {"q4", "d"},
-                    {"q5", "e"},
-                    {"q6", "f"},
-                    {"x", "g"},
-                    {"y", "h"},
-                    {"z", "i"}}}},
+      {"columns by --columns", s.with_header(letters).text(), "", columns(letters)},
       {"no header, columns by number", s.rows_text(), "", by_number},
       {"no header, tabs, decimal commas, columns by number", german.rows_text("\t"), "", by_number},
       {"a second x that --columns settles",
@@ -218,11 +207,6 @@ std::vector<CorpusFile> files_that_are_read() {
 std::vector<CorpusFile> files_that_are_refused() {
   const Sheet s = Sheet::correct();
   const Sheet german = s.with_decimal_commas();
-  const auto cell = [&](std::size_t row, std::size_t column, const std::string& field) {
-    Sheet sheet = s;
-    sheet.rows[row][column] = field;
-    return sheet;
-  };
   const auto grouped = [](const std::string& field) {
     const auto point = field.find('.');
     if (point < 4 || field[0] == '-') return with_part(field, ".", ",");
@@ -241,15 +225,10 @@ std::vector<CorpusFile> files_that_are_refused() {
       {"old workbook", "\xD0\xCF\x11\xE0\xA1\xB1", "is an old Excel workbook (.xls), not text"},
       {"thousands with points, decimal commas", s.each_field(grouped).text(";"),
        "has its thousands set apart: export numbers without that"},
-      {"thousands with blanks", cell(2, 6, "1 234.5").text(";"),
+      {"thousands with blanks", s.with_field(2, 6, "1 234.5").text(";"),
        "row 3 (line 4): x: '1 234.5' has its thousands set apart"},
-      {"thousands with apostrophes", cell(2, 6, "1'234.5").text(";"), "has its thousands set apart"},
-      {"a point among decimal commas",
-       [&] {
-         Sheet sheet = german;
-         sheet.rows[2][6] = "1.234";
-         return sheet.text(";");
-       }(),
+      {"thousands with apostrophes", s.with_field(2, 6, "1'234.5").text(";"), "has its thousands set apart"},
+      {"a point among decimal commas", german.with_field(2, 6, "1.234").text(";"),
        "row 3 (line 4): x: '1.234' has a point where other numbers have a decimal comma"},
       {"decimal commas between commas", german.text(),
        "18 fields in a row of 9 columns. Where decimal commas and separators are alike"},
@@ -262,50 +241,24 @@ std::vector<CorpusFile> files_that_are_refused() {
        "missing column 'q1', found 'base', 'shoulder'"},
       {"no name known", s.with_header({"aa", "bb", "cc", "dd", "ee", "ff", "gg", "hh", "ii"}).text(";"),
        "no column is known, found 'aa', 'bb'"},
-      {"x twice", s.with_column(9, "X", [](std::size_t) { return "1"; }).text(),
+      {"x twice", s.with_column(9, "X", "1").text(),
        "columns 'x' and 'X' may both be x. Say which: --columns x=\"x\""},
-      {"joints of two kinds",
-       s.with_column(9, "J1", [](std::size_t) { return "1"; })
-           .with_column(9, "A1", [](std::size_t) { return "1"; })
-           .text(),
-       "may both be q1"},
+      {"joints of two kinds", s.with_column(9, "J1", "1").with_column(9, "A1", "1").text(), "may both be q1"},
       {"tracker and robot x",
-       s.with_header(plus(six("A"), {"tracker_x", "tracker_y", "tracker_z"}))
-           .with_column(9, "x", [](std::size_t) { return "1"; })
-           .text(),
+       s.with_header(plus(six("A"), {"tracker_x", "tracker_y", "tracker_z"})).with_column(9, "x", "1").text(),
        "columns 'tracker_x' and 'x' may both be x"},
       {"an external axis that moves",
-       s.with_header(plus(six("A"), kXyzMm))
-           .with_column(6, "E1", [](std::size_t row) { return std::to_string(row); })
-           .text(),
+       s.with_header(plus(six("A"), kXyzMm)).with_column(6, "E1", row_number).text(),
        "row 2 (line 3): E1: moves ('0' in row 1, here '1'), and the arm has no such axis"},
       {"a seventh joint that moves",
-       s.with_header(plus(six("A"), kXyzMm))
-           .with_column(6, "A7", [](std::size_t row) { return std::to_string(row); })
-           .text(),
-       "A7: moves"},
-      {"a word for a number, German",
-       [&] {
-         Sheet sheet = german;
-         sheet.rows[3][2] = "defekt";
-         return sheet.text(";");
-       }(),
+       s.with_header(plus(six("A"), kXyzMm)).with_column(6, "A7", row_number).text(), "A7: moves"},
+      {"a word for a number, German", german.with_field(3, 2, "defekt").text(";"),
        "row 4 (line 5): q3: not a number: 'defekt'"},
-      {"an empty cell, German",
-       [&] {
-         Sheet sheet = german;
-         sheet.rows[3][2] = "";
-         return sheet.text(";");
-       }(),
+      {"an empty cell, German", german.with_field(3, 2, "").text(";"),
        "row 4 (line 5): q3: missing, expected a number"},
-      {"#N/A of Excel",
-       [&] {
-         Sheet sheet = german;
-         sheet.rows[3][2] = "#NV";
-         return sheet.text(";");
-       }(),
-       "row 4 (line 5): q3: not a number: '#NV'"},
-      {"#N/A in the first column", cell(3, 0, "#N/A").text(), "row 4 (line 5): q1: not a number: '#N/A'"},
+      {"#N/A of Excel", german.with_field(3, 2, "#NV").text(";"), "row 4 (line 5): q3: not a number: '#NV'"},
+      {"#N/A in the first column", s.with_field(3, 0, "#N/A").text(),
+       "row 4 (line 5): q1: not a number: '#N/A'"},
       {"a short row, German", german.text(";") + "1;2;3\n",
        "row 13 (line 14): q4: missing, the row ends before it"},
       {"a long row, German", german.text(";") + "1;2;3;4;5;6;7;8;9;10\n",
@@ -400,7 +353,7 @@ TEST_F(MeasurementCorpus, AFileInTheOwnFormIsReadWithoutAWord) {
   load({"plain", Sheet::correct().text()});
   EXPECT_EQ(said_, "");
   load({"plain with names", Sheet::correct()
-                                .with_column(0, "smr", [](std::size_t) { return "left, top"; })
+                                .with_column(0, "smr", "left, top")
                                 .each_field([](auto f) { return f.contains(' ') ? "\"" + f + "\"" : f; })
                                 .text()});
   EXPECT_EQ(said_, "");
@@ -408,9 +361,7 @@ TEST_F(MeasurementCorpus, AFileInTheOwnFormIsReadWithoutAWord) {
 
 TEST_F(MeasurementCorpus, OneLineSaysWhatWasReadHow) {
   const Sheet sheet = Sheet::correct().with_decimal_commas().with_header(plus(six("A", " (deg)"), kXyzMm));
-  load({"German",
-        "Zelle 4\n" +
-            sheet.with_column(0, "Nr", [](std::size_t row) { return std::to_string(row); }).text(";")});
+  load({"German", "Zelle 4\n" + sheet.with_column(0, "Nr", row_number).text(";")});
   EXPECT_THAT(
       said_,
       HasSubstr(
@@ -440,7 +391,7 @@ CorpusFile drawn_file(std::minstd_rand& random) {
     sheet.header[k] = name(std::string(1, (upper ? "XYZ" : "xyz")[k - 6]), length);
   Names units = plus(Names(6, angle), Names(3, length));
   const auto add = [&](std::size_t place, const std::string& title, const std::string& field) {
-    sheet = sheet.with_column(place, title, [&](std::size_t) { return field; });
+    sheet = sheet.with_column(place, title, field);
     units.insert(units.begin() + static_cast<std::ptrdiff_t>(place), "");
   };
   if (so()) add(6, "E1", "0.0");

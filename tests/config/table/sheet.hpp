@@ -49,6 +49,14 @@ struct Sheet {
     for (std::size_t k = 0; k < rows.size(); ++k) sheet.rows[k].insert(sheet.rows[k].begin() + at, field(k));
     return sheet;
   }
+  Sheet with_column(std::size_t place, const std::string& name, const std::string& field) const {
+    return with_column(place, name, [&](std::size_t) { return field; });
+  }
+  Sheet with_field(std::size_t row, std::size_t column, const std::string& field) const {
+    Sheet sheet = *this;
+    sheet.rows[row][column] = field;
+    return sheet;
+  }
   /// Columns multiplied, with more digits than the file's own.
   Sheet scaled(std::size_t first, std::size_t end, double factor) const {
     Sheet sheet = *this;

@@ -1,7 +1,10 @@
 #pragma once
 
 #include "core/arm/robot_model.hpp"
+#include "core/calibrate/calibration.hpp"
+#include "core/data/calibrated_cell.hpp"
 #include "core/data/measurement.hpp"
+#include "core/quality/calibration_verdict.hpp"
 #include "tests/members.hpp"
 
 namespace truepose {
@@ -18,5 +21,17 @@ template <>
 inline constexpr int kMembers<DeviationTerm> = 4;
 template <>
 inline constexpr int kMembers<TrackerNoiseModel> = 4;
+template <>
+inline constexpr int kMembers<Reflector> = 2;
+template <>
+inline constexpr int kMembers<IdentifiedParameter> = 6;
+template <>
+inline constexpr int kMembers<BasePose> = 2;
+template <>
+inline constexpr int kMembers<CalibrationVerdict> = 1;
+template <>
+inline constexpr int kMembers<MeasurementNoise> = 2;
+template <>
+inline constexpr int kMembers<Finding> = 4;
 
 }  // namespace truepose
