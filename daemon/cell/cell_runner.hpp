@@ -63,8 +63,7 @@ class CellRunner {
 
   CellRunner(drivers::Clock& clock, EventBus& events, drivers::WallClock wall_clock, CellLimits limits = {});
 
-  /// Who carries out a command. What takes time (opening devices, starting a campaign or a stream) is carried
-  /// out by the one who has asked, and has nobody here.
+  /// What carries out a command.
   void on(CellCommand command, CarryOut carry_out) { carry_out_[index(command)] = std::move(carry_out); }
   /// Says why no packet was answered, should a stream not start in time.
   void explain_by(std::function<std::string()> no_packet_answered) {

@@ -72,7 +72,7 @@ Running resumed(const Paused& paused, TimePoint now) {
 /// As it is started.
 std::optional<CellStep> resume_interrupted(const CampaignResumeRequested& resume) {
   if (resume.campaign_id.empty()) return std::nullopt;
-  return go(Running{resume.campaign_id}, {CellCommand::StartCampaign});
+  return go(Running{resume.campaign_id});
 }
 
 CellStep ended(const CampaignEnded& campaign) {
@@ -100,11 +100,9 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
   using Maybe = std::optional<CellStep>;
   return std::visit(
       Overloaded{
-          [&](const Disconnected&, const ConnectRequested&) -> Maybe {
-            return go(Connecting{now}, {C::OpenDevices});
-          },
+          [&](const Disconnected&, const ConnectRequested&) -> Maybe { return go(Connecting{now}); },
           [&](const Disconnected&, const CampaignStartRequested& start) -> Maybe {
-            return go(Running{start.campaign_id}, {C::StartCampaign});
+            return go(Running{start.campaign_id});
           },
           [&](const Disconnected&, const CampaignResumeRequested& resume) -> Maybe {
             return resume_interrupted(resume);
@@ -117,14 +115,12 @@ std::optional<CellStep> carry_out(const CellState& state, const CellEvent& event
             return go(Disconnected{}, {C::CloseDevices});
           },
           [&](const Ready&, const CampaignStartRequested& start) -> Maybe {
-            return go(Running{start.campaign_id}, {C::StartCampaign});
+            return go(Running{start.campaign_id});
           },
           [&](const Ready&, const CampaignResumeRequested& resume) -> Maybe {
             return resume_interrupted(resume);
           },
-          [&](const Ready&, const StreamStartRequested&) -> Maybe {
-            return go(StreamStarting{now}, {C::StartStream});
-          },
+          [&](const Ready&, const StreamStartRequested&) -> Maybe { return go(StreamStarting{now}); },
           // The controller runs one program: while another is corrected, no program listens to EKI.
           [&](const Ready&, const ArmRequested&) -> Maybe {
             return go(Armed{}, {C::CloseDevices, C::ArmStream});

@@ -150,19 +150,18 @@ using CellEvent =
                  ConnectFailed, DeviceLost, DeviceAwaited, CampaignPaused, CampaignEnded,
                  StreamProgramStarted, StreamStarted, StreamEnded, StreamFaulted, StoreFailed, Tick>;
 
+/// What is done at once. What takes time (opening devices, starting a campaign or a stream) follows the new
+/// state, by the service that has asked.
 enum class CellCommand {
-  OpenDevices,
   CloseDevices,
-  StartCampaign,
   PauseCampaign,
   ResumeCampaign,
   AbortCampaign,
-  StartStream,
   StopStream,
   ArmStream,
   RearmStream,  ///< a stream that holds continues from the correction that it holds
 };
-inline constexpr std::size_t kCellCommands = 10;
+inline constexpr std::size_t kCellCommands = 7;
 
 /// How long the states that pass by themselves may last.
 struct CellLimits {
