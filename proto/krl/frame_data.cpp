@@ -44,12 +44,6 @@ Eigen::Isometry3d pose_of(const Position& position) {
   return pose_from_kuka({v[0].value, v[1].value, v[2].value}, {v[3].value, v[4].value, v[5].value});
 }
 
-std::expected<FrameData, Fault> read_frame_data(std::string_view text) {
-  const auto statements = read_statements(text);
-  if (!statements) return std::unexpected(statements.error());
-  return frame_data_of(*statements);
-}
-
 FrameData frame_data_of(const TextStatements& statements) {
   FrameData data;
   statements.uses.each([&](const ProgramStatement& statement) {

@@ -20,8 +20,6 @@ struct FrameData {
   void add(const FrameData& more);
 };
 
-/// Errors: as read_statements().
-std::expected<FrameData, Fault> read_frame_data(std::string_view text);
 FrameData frame_data_of(const TextStatements& statements);
 
 /// "TOOL_DATA[3]={X 100.0,Y 0.0,Z 250.0,A 0.0,B 0.0,C 0.0}"

@@ -379,12 +379,6 @@ class GoodFiles {
 
 }  // namespace
 
-ProgramText program_text(std::string_view src, std::string_view dat, std::string_view config) {
-  using Role = SourceText::Role;
-  return {
-      .files = {{Role::Program, "", src}, {Role::Data, "", dat}, {Role::Config, "$CONFIG", config, false}}};
-}
-
 std::expected<Program, ProgramFault> read_program(const ProgramText& text, const StartFrames& start) {
   GoodFiles files(text);
   std::vector<TextStatements> statements(text.files.size());

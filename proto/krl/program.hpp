@@ -34,9 +34,6 @@ struct ProgramText {
   bool is_archive = false;
 };
 
-/// Of one program: file 0 is its SRC, 1 its data list, 2 $config.dat. What is empty is not given.
-ProgramText program_text(std::string_view src, std::string_view dat, std::string_view config);
-
 /// A tool or a base, as far as the text tells.
 struct FrameValue {
   enum class State {

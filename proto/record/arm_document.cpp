@@ -1,8 +1,6 @@
 #include "proto/record/arm_document.hpp"
 
-#include "core/arm/joint_units.hpp"
 #include "proto/record/forms.hpp"
-#include "proto/record/json_io.hpp"
 
 namespace truepose::record {
 
@@ -44,13 +42,6 @@ RobotModel Arm::robot() const {
     if (each.mass) robot.masses.push_back(each.mass->mass);
   }
   return robot;
-}
-
-boost::json::object arm_document(const RobotModel& robot) { return to_json(Arm::of(robot)); }
-
-boost::json::array joints_json(const JointVector& q, const RobotModel& robot) {
-  const std::vector<double> values = in_deg_mm(q, robot);
-  return boost::json::array(values.begin(), values.end());
 }
 
 }  // namespace truepose::record

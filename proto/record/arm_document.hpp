@@ -1,6 +1,5 @@
 #pragma once
 
-#include <boost/json/fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,7 +8,7 @@
 
 namespace truepose::record {
 
-/// An arm as documents show it.
+/// An arm as documents show it, with the keys of a robot file (mm, deg, deg/s, kg).
 struct ArmJoint {
   /// In a document a mass follows its centre.
   struct Mass {
@@ -30,12 +29,5 @@ struct Arm {
   /// Accelerations are not known.
   RobotModel robot() const;
 };
-
-/// The geometry, limits and masses of an arm as a robot file says them (mm, deg, deg/s, kg), with the same
-/// keys. JSON being YAML too, its text is a robot file.
-boost::json::object arm_document(const RobotModel& robot);
-
-/// Joint positions, deg (mm for a prismatic joint).
-boost::json::array joints_json(const JointVector& q, const RobotModel& robot);
 
 }  // namespace truepose::record

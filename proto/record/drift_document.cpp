@@ -108,8 +108,4 @@ ModelUpdate update_of(const DriftUpdate& update, std::span<const Measurement> po
 
 boost::json::object drift_document(const DriftDocument& document) { return to_json(document); }
 
-std::expected<DriftDocument, std::string> read_drift_document(const boost::json::object& document) {
-  return from_json<DriftDocument>(document);
-}
-
 }  // namespace truepose::record

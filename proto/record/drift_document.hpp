@@ -70,7 +70,5 @@ DriftDocument drift_of(const DriftCheck& check, const DriftReference& reference,
                        std::span<const Measurement> points);
 ModelUpdate update_of(const DriftUpdate& update, std::span<const Measurement> points);
 boost::json::object drift_document(const DriftDocument& document);
-/// @return the document, or one sentence that names the member
-std::expected<DriftDocument, std::string> read_drift_document(const boost::json::object& document);
 
 }  // namespace truepose::record

@@ -13,8 +13,10 @@
 #include "proto/krl/frame_data.hpp"
 #include "proto/krl/places.hpp"
 #include "proto/krl/program.hpp"
+#include "proto/krl/program_statement.hpp"
 #include "proto/krl/rewrite.hpp"
 #include "tests/fuzz/target.hpp"
+#include "tests/proto/krl_text.hpp"
 
 namespace truepose::fuzz {
 namespace {
@@ -40,7 +42,8 @@ std::map<std::size_t, std::vector<Edit>> edits(const krl::Program& program, cons
   std::set<std::pair<std::size_t, std::size_t>> seen;
   for (const krl::Point& point : program.points) {
     const std::size_t file = point.position.spot.file;
-    expect(point.is_changeable == text.files[file].is_changeable, "a point may be changed where its file may");
+    expect(point.is_changeable == text.files[file].is_changeable,
+           "a point may be changed where its file may");
     if (!point.is_changeable) continue;
     const std::string_view source = text.files[file].text;
     for (const krl::Number& number : point.position.values) {
@@ -102,8 +105,10 @@ void krl(std::string_view input) {
   const std::string_view src = next_part(input), dat = next_part(input);
   const krl::ProgramText text = krl::program_text(src, dat, input);
 
-  if (const auto data = krl::read_frame_data(input); !data)
-    expect(!data.error().what.empty() && data.error().at <= input.size(), "a fault says where");
+  if (const auto statements = krl::read_statements(input))
+    krl::frame_data_of(*statements);
+  else
+    expect(!statements.error().what.empty() && statements.error().at <= input.size(), "a fault says where");
   const auto program = krl::read_program(text, {});
   if (!program) {
     const krl::Spot spot = program.error().spot;

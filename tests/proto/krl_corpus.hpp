@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/krl/program.hpp"
+#include "tests/proto/krl_text.hpp"
 
 /// The KRL programs of tests/proto/krl_programs.
 namespace truepose::krl_corpus {

@@ -363,8 +363,9 @@ TEST(ProgramCompensation, WithoutStatusAndTurnTheTargetBeforeDecides) {
 TEST(ProgramCompensation, RandomPositionsOfAllKindsLandWhereTheyShould) {
   Random random(7);
   std::string motions = kFlange + "BAS(#TOOL,1)\nBAS(#BASE,2)\n", dat;
-  const Eigen::Isometry3d X_tool = krl::read_frame_data(krl_corpus::bytes("config.dat"))->tools.at(1);
-  const Eigen::Isometry3d X_base = krl::read_frame_data(krl_corpus::bytes("config.dat"))->bases.at(2);
+  const std::string config = krl_corpus::bytes("config.dat");
+  const krl::FrameData frames = krl::frame_data_of(*krl::read_statements(config));
+  const Eigen::Isometry3d X_tool = frames.tools.at(1), X_base = frames.bases.at(2);
   for (int i = 0; i < 500; ++i) {
     JointVector q(6);
     for (std::size_t k = 0; k < 6; ++k) {

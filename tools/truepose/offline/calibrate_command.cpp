@@ -47,8 +47,8 @@ struct CalibrateCommand {
   std::optional<int> folds;
   std::optional<std::uint64_t> seed;
   int repeat = 1, jobs = processor_count();
-  std::string method = "two-stage", non_geometric = "none", residual = "none", loss = "outlier-rejection",
-              prior = "auto", thermal = "auto";
+  std::string non_geometric = "none", residual = "none", loss = "outlier-rejection", prior = "auto",
+              thermal = "auto";
   std::vector<int> harmonics;  ///< empty: the usual
   TableOptions table;
   NoiseOptions noise;
