@@ -385,7 +385,6 @@ void StreamCell::answer(const OnTheWay& datagram, drivers::TimePoint taken) {
   }
   if (reply.empty()) return;
   ++replied_;
-  if (on_reply_) on_reply_(reply);
   expect(!other_address, "a foreign datagram is answered");
   const auto decoded = codec_.decode(reply);
   if (!decoded) return expect(false, "a reply cannot be read");
@@ -434,6 +433,9 @@ void StreamCell::check() {
          "the stream itself tells of a step above the bound");
   expect(history_.greatest_correction_deg <= kMaxTotal_deg + kGrid_deg, "a correction is above its bound");
   expect(status.fault != StreamFault::NotFollowing, "an arm that follows is accused");
+  // Of a frame and its damaged copy either may come first.
+  expect(!status.heard || *status.heard < heard_ + std::chrono::milliseconds{1},
+         "the controller was heard when it sent nothing good");
 }
 
 void StreamCell::expect(bool kept, const std::string& promise) {

@@ -3,11 +3,9 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "core/math/random.hpp"
 #include "daemon/realtime/stream_cycle.hpp"
@@ -73,9 +71,6 @@ class StreamCell {
  public:
   explicit StreamCell(std::uint64_t seed, const StreamCellOptions& options = {});
 
-  /// Called with every reply of the daemon.
-  void on_reply(std::function<void(std::string_view)> on_text) { on_reply_ = std::move(on_text); }
-
   /// One cycle of the controller.
   void cycle();
   /// An operator stops the correction and acknowledges every fault; for so many cycles nothing else happens.
@@ -85,9 +80,6 @@ class StreamCell {
   StreamHistory history() const;
   const test::PlantOptions& controller() const { return plant_options_; }
   const test::Plant::Axes& in_force_deg() const { return plant_.in_force_deg(); }
-  drivers::TimePoint now() const { return now_; }
-  /// When the daemon was last given a good frame from the controller's address.
-  drivers::TimePoint heard() const { return heard_; }
   /// None where the daemon does not run.
   std::optional<StreamStatus> status() const;
 
@@ -151,7 +143,7 @@ class StreamCell {
   Random program_random_;  ///< of that alone, so that all else stays as it is
   rsi::ProgramSignals signals_;
   drivers::TimePoint now_{std::chrono::hours{1}};
-  drivers::TimePoint heard_{now_};
+  drivers::TimePoint heard_{now_};  // a good frame from the controller's address, by the daemon
   drivers::TimePoint spoke_{now_};  // the controller itself, to the daemon
   StreamPage page_;
   std::unique_ptr<StreamMemory> memory_;
@@ -174,7 +166,6 @@ class StreamCell {
   bool engaged_since_heard_ = false;
   bool disarmed_ = false;
   StreamHistory history_;
-  std::function<void(std::string_view)> on_reply_;
 };
 
 }  // namespace truepose::daemon

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "drivers/clock.hpp"
-#include "tests/soak/event_hash.hpp"
+#include "tests/world/event_hash.hpp"
 
 namespace truepose::world {
 
@@ -26,7 +26,7 @@ class History {
 
  private:
   const drivers::Clock& clock_;
-  soak::EventHash hash_;
+  EventHash hash_;
   std::uint64_t count_ = 0;
 };
 

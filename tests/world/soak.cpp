@@ -41,7 +41,7 @@ namespace {
 using Days = std::chrono::duration<double, std::ratio<86400>>;
 
 std::uint64_t seed_of(std::uint64_t seed, std::string_view name) {
-  soak::EventHash hash;
+  EventHash hash;
   hash.add(std::to_string(seed));
   hash.add(name);
   return hash.value();

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <cstdio>
 #include <cstdlib>
+#include <functional>
 
 #include "tests/daemon/stream_cell.hpp"
 #include "tests/sanitized.hpp"
@@ -18,55 +21,59 @@ std::uint64_t histories() {
 
 constexpr int kCycles = 900;
 
-/// A cell that the seed makes up, and some seconds in which everything happens to it that can.
-StreamHistory stream_history(std::uint64_t seed, const StreamCellOptions& options = {}) {
-  StreamCell cell{seed, options};
-  for (int cycle = 0; cycle < kCycles; ++cycle) cell.cycle();
-  return cell.history();
-}
-
-TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAStep) {
+/// Cells that seeds make up, and some time in which everything happens to them that can.
+StreamHistory kept_histories(std::uint64_t count, std::uint64_t cycles,
+                             const std::function<StreamCellOptions(std::uint64_t seed)>& options_of) {
   StreamHistory sum;
-  for (std::uint64_t seed = 1; seed <= histories(); ++seed) {
-    const StreamHistory history = stream_history(seed);
-    ASSERT_LE(history.greatest_step, 1) << "seed " << seed << ": " << history.worst;
-    ASSERT_EQ(history.broken, "") << "seed " << seed << ": " << history.worst;
+  for (std::uint64_t seed = 1; seed <= count; ++seed) {
+    StreamCell cell{seed, options_of(seed)};
+    for (std::uint64_t cycle = 0; cycle < cycles; ++cycle) cell.cycle();
+    const StreamHistory history = cell.history();
+    EXPECT_LE(history.greatest_step, 1) << "seed " << seed << ": " << history.worst;
+    EXPECT_EQ(history.broken, "") << "seed " << seed << ": " << history.worst;
+    if (testing::Test::HasFailure()) return sum;
     sum.add(history);
   }
   const double answered = static_cast<double>(sum.answered) / static_cast<double>(sum.heard);
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   std::printf(
-      "%llu histories: %llu cycles, %.1f %% of what was heard answered, %llu sessions, %llu restarts of the "
-      "daemon, %llu foreign datagrams, corrections up to %.2f deg; greatest step %.4f of the bound\n",
-      static_cast<unsigned long long>(histories()), static_cast<unsigned long long>(sum.cycles),
-      100 * answered, static_cast<unsigned long long>(sum.sessions),
-      static_cast<unsigned long long>(sum.restarts), static_cast<unsigned long long>(sum.foreign),
-      sum.greatest_correction_deg, sum.greatest_step);
+      "%llu histories: %llu cycles, %.1f %% of what was heard answered, %llu sessions, %llu restarts and %llu stalls "
+      "of the daemon, %llu silences, %llu foreign datagrams, corrections up to %.2f deg; greatest step %.4f of the "
+      "bound\n",
+      number(count), number(sum.cycles), 100 * answered, number(sum.sessions), number(sum.restarts),
+      number(sum.stalls), number(sum.silences), number(sum.foreign), sum.greatest_correction_deg,
+      sum.greatest_step);
   // A stream that never answers moves nothing either.
   EXPECT_GT(answered, 0.6);
   EXPECT_GT(sum.greatest_correction_deg, 2);
   EXPECT_GT(sum.greatest_step, 0.9) << "the histories ask for no speed";
+  return sum;
+}
+
+TEST(StreamHistories, NeverMoveAnAxisFromWhatTheControllerHasInForceByMoreThanAStep) {
+  kept_histories(histories(), kCycles, [](std::uint64_t) { return StreamCellOptions{}; });
 }
 
 /// With restarts of simulator, daemon and machine, repeated and lost frames, and corrections in effect that
 /// the arm does not show yet.
 TEST(StreamHistories, OfSimulatorsThatWaitForAReplyNeverMoveAnAxisByMoreThanAStepEither) {
-  StreamHistory sum;
-  for (std::uint64_t seed = 1; seed <= histories(); ++seed) {
-    const StreamHistory history = stream_history(seed, {.waits = true});
-    ASSERT_LE(history.greatest_step, 1) << "seed " << seed << ": " << history.worst;
-    ASSERT_EQ(history.broken, "") << "seed " << seed << ": " << history.worst;
-    sum.add(history);
-  }
-  const double answered = static_cast<double>(sum.answered) / static_cast<double>(sum.heard);
-  std::printf(
-      "%llu histories of simulators that wait: %llu frames, %.1f %% of what was heard answered, %llu sessions, %llu "
-      "restarts of the daemon, corrections up to %.2f deg; greatest step %.4f of the bound\n",
-      static_cast<unsigned long long>(histories()), static_cast<unsigned long long>(sum.cycles),
-      100 * answered, static_cast<unsigned long long>(sum.sessions),
-      static_cast<unsigned long long>(sum.restarts), sum.greatest_correction_deg, sum.greatest_step);
-  EXPECT_GT(answered, 0.6) << "they are answered";
-  EXPECT_GT(sum.greatest_correction_deg, 2);
-  EXPECT_GT(sum.greatest_step, 0.9);
+  kept_histories(histories(), kCycles, [](std::uint64_t) { return StreamCellOptions{.waits = true}; });
+}
+
+/// Of 4 and of 12 ms, with and without a person who starts the correction again after a silence. What befalls
+/// them leaves the stream time to come to full correction in between.
+TEST(StreamHistories, OfHoursWithLongGapsAndBacklogsNeverMoveAnAxisByMoreThanAStepEither) {
+  constexpr std::uint64_t kCells = 4;
+  const StreamHistory sum =
+      kept_histories(kCells, histories() * kCycles / kCells, [](std::uint64_t seed) -> StreamCellOptions {
+        return {.cycle_ms = seed % 2 == 0 ? 4 : 12,
+                .rarity = 10,
+                .longest_gap_cycles = 20'000,
+                .longest_stall_cycles = 1000,
+                .rearms = seed > kCells / 2};
+      });
+  for (const std::uint64_t happened : {sum.sessions, sum.restarts, sum.stalls, sum.silences, sum.foreign})
+    EXPECT_GT(happened, 2U);
 }
 
 TEST(StreamCycleProperty, ComesToExactlyZeroAfterAnyHistory) {

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string_view>
 
-namespace truepose::soak {
+namespace truepose::world {
 
 /// Over all data that it gets: two runs that did the same have the same value.
 class EventHash {
@@ -29,4 +29,4 @@ class EventHash {
   std::uint64_t value_ = 0xcbf29ce484222325U;
 };
 
-}  // namespace truepose::soak
+}  // namespace truepose::world
