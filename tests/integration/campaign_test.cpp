@@ -1,11 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <boost/json/value.hpp>
-#include <set>
 
 #include "proto/control/json_text.hpp"
 #include "tests/daemon/page.hpp"
@@ -124,60 +122,6 @@ TEST(ACampaignOverTheRealProtocols, FindsTheArmsErrorsKeepsEveryPointAndActivate
   EXPECT_EQ(sqlite_rows(cell.store_file(), "SELECT state, reason FROM campaign"), (Rows{{"done", ""}}));
   EXPECT_EQ(sqlite_rows(cell.store_file(), "SELECT active FROM model"), (Rows{{"1"}}));
   EXPECT_EQ(cell.end_simulator().at("measurements"), 28);
-}
-
-TEST(ADaemonThatIsKilled, HasEveryPointThatItAnnouncedAndGoesOnWithTheCampaign) {
-  LiveCell cell;
-  cell.start_daemon();
-  tools::RpcClient client = cell.client();
-  called(client, "events.subscribe");
-  const json::value started =
-      called(client, "campaign.start", {{"identify_poses", 12}, {"validate_poses", 12}, {"remeasure", true}});
-
-  std::set<std::int64_t> announced;
-  std::uint64_t last_seq = 0;
-  const auto note = [&](const control::Event& event) {
-    last_seq = event.seq;
-    if (is_stored_point(event)) announced.insert(event.data.at("pose").as_int64());
-  };
-  while (announced.size() < 5) {
-    const auto event = client.next_event();
-    ASSERT_TRUE(event) << event.error().message << cell.daemon().errors();
-    note(*event);
-  }
-  cell.daemon().send(SIGKILL);
-  for (auto event = client.next_event(); event; event = client.next_event()) note(*event);
-  EXPECT_EQ(cell.daemon().wait(), -1);
-
-  cell.start_daemon();
-  tools::RpcClient again = cell.client();
-  const json::value found = called(again, "campaign.get", {{"points_limit", 100}});
-  EXPECT_EQ(found.at_pointer("/campaign/id"), started.at("id"));
-  EXPECT_EQ(found.at_pointer("/campaign/state"), "interrupted");
-  EXPECT_EQ(found.at_pointer("/campaign/reason"), "the daemon ended in the middle of it");
-  EXPECT_FALSE(found.at_pointer("/campaign/ended").is_null());
-  std::set<std::int64_t> stored;
-  for (const json::value& point : found.at("points").as_array()) stored.insert(point.at("pose").as_int64());
-  EXPECT_THAT(stored, testing::IsSupersetOf(announced));
-
-  EXPECT_GT(called(again, "events.subscribe").at("next").to_number<std::uint64_t>(), last_seq);
-  const std::string id{started.at("id").as_string()};
-  const Finished status = cell.truepose({"status"});
-  EXPECT_THAT(status.out, AllOf(HasSubstr("interrupted"), HasSubstr("truepose campaign resume " + id),
-                                HasSubstr("truepose campaign abort " + id)));
-  const Finished which = cell.truepose({"campaign", "resume"});
-  EXPECT_EQ(which.exit_code, 1);
-  EXPECT_THAT(which.err, HasSubstr("interrupted: calibration " + id));
-  const Finished resumed = cell.truepose({"campaign", "resume", id, "--watch"});
-  EXPECT_EQ(resumed.exit_code, 0) << resumed.err << resumed.out << cell.daemon().errors();
-  const json::value whole = called(again, "campaign.get", {{"points_limit", 100}});
-  EXPECT_EQ(whole.at_pointer("/campaign/state"), "done");
-  EXPECT_EQ(whole.at("points_total"), 40 + 2) << "two of them measured again";
-  EXPECT_THAT(control::json_text(whole.at("interruptions")), HasSubstr("nothing has moved"));
-  const json::value report = called(again, "report.get").at("document");
-  EXPECT_EQ(report.at_pointer("/identify/points"), 12);
-  EXPECT_LT(number(report, "/remeasured/mean"), number(report, "/validate/before/mean") / 5);
-  EXPECT_TRUE(called(again, "cell.status").at_pointer("/model/active").as_bool());
 }
 
 TEST(AnIso9283CampaignOverTheRealProtocols, GivesTheSameAsTheEvaluationOfItsFile) {
