@@ -86,7 +86,6 @@ LiveCell::LiveCell(const Options& options) {
                                      "--ready-file", folder() / "ready.json",
                                      "--rsi-target", loopback(rsi_port_),
                                      "--admin-port", "0",
-                                     "--path-file",  path_file(),
                                      "--speedup",    std::to_string(options.speedup),
                                      "--json"};
   simulator_ = std::make_unique<sim::SimulatorProcess>(folder_, std::move(arguments));

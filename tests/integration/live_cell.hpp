@@ -80,7 +80,6 @@ class LiveCell {
   std::filesystem::path token_file() const { return folder() / "token"; }
   /// The token that truepose() and client() show.
   void write_token(const std::string& token) const;
-  std::filesystem::path path_file() const { return folder() / "path.csv"; }
   std::filesystem::path store_file() const { return folder() / "demo.sqlite"; }
 
  private:
