@@ -66,13 +66,19 @@ sim::Machine machine(World& world) {
 
 }  // namespace
 
-Cell::Cell(std::uint64_t seed)
-    : scenario{config::load_scenario(kShipped / "scenarios/demo.yaml")},
+Cell::Files Cell::files(const Change& change) {
+  Files files{.cell = cell_config(), .scenario = config::load_scenario(kShipped / "scenarios/demo.yaml")};
+  change(files.cell, files.scenario);
+  return files;
+}
+
+Cell::Cell(std::uint64_t seed, const Change& change)
+    : files_{files(change)},
       world{seed},
       disk{world.random.next()},
-      max_step_deg{cell_config().stream.max_step_deg},
-      devices{machine(world), scenario, ethernet_of(scenario), options(world.random.next(), cell_config())},
-      pc{world, disk, cell_config(), "run"},
+      max_step_deg{files_.cell.stream.max_step_deg},
+      devices{machine(world), scenario, ethernet_of(scenario), options(world.random.next(), files_.cell)},
+      pc{world, disk, files_.cell, "run"},
       panel{world, "panel", kToken},
       supervisor{world, "supervisor", kSupervisorsToken} {}
 

@@ -2,8 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
+#include <functional>
 
+#include "config/cell_config.hpp"
 #include "config/scenario.hpp"
 #include "tests/daemon/failing_disk.hpp"
 #include "tests/temp_folder.hpp"
@@ -19,14 +20,23 @@ namespace truepose::world {
 /// SQLite's.
 class Cell {
  public:
-  explicit Cell(std::uint64_t seed);
+  /// Makes another cell of the shipped one.
+  using Change = std::function<void(config::CellConfig& cell, config::Scenario& scenario)>;
+  explicit Cell(
+      std::uint64_t seed, const Change& change = [](auto&&...) {});
 
  private:
   TempFolder folder_;
   StandsIn stands_{folder_.path()};
+  struct Files {
+    config::CellConfig cell;
+    config::Scenario scenario;
+  };
+  static Files files(const Change& change);
+  const Files files_;
 
  public:
-  const config::Scenario scenario;
+  const config::Scenario& scenario = files_.scenario;
   World world;
   test::FailingDisk disk;
   const double max_step_deg;  ///< of the stream, by the cell file
