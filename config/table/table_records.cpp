@@ -18,8 +18,8 @@ struct Cut {
   int blanks = 0;
 };
 // Where two are as good the first one is taken: names may have single blanks in them.
-constexpr std::array kCuts{Cut{"semicolons", ';'}, Cut{"tabs", '\t'}, Cut{"", ','}, Cut{"blanks", '\t', 2},
-                           Cut{"blanks", '\t', 1}};
+constexpr std::array kCuts{Cut{"semicolons", ';'},    Cut{"tabs", '\t'},      Cut{"", ','},
+                           Cut{"vertical bars", '|'}, Cut{"blanks", '\t', 2}, Cut{"blanks", '\t', 1}};
 
 constexpr double kEnough = 0.5;  // of the fields are numbers: then blanks are parts of names
 
@@ -86,6 +86,24 @@ std::vector<CsvRow> records_by(const Cut& cut, std::string_view text, const std:
   return rows;
 }
 
+/// A line between the rows of a table in Markdown or of a database.
+bool is_rule(const CsvRow& row) {
+  return std::ranges::all_of(row.fields, [](const std::string& field) {
+    return field.find_first_not_of("-:=+") == std::string::npos;
+  });
+}
+
+/// Rows between bars: without the empty field in front of the first bar, and without rules.
+void drop_frame(std::vector<CsvRow>& rows) {
+  std::erase_if(rows, is_rule);
+  const auto begins_with_bar = [](const CsvRow& row) {
+    return row.fields.size() == 1 || row.fields.front().empty();
+  };
+  if (!std::ranges::all_of(rows, begins_with_bar)) return;
+  for (CsvRow& row : rows)
+    if (row.fields.size() > 1) row.fields.erase(row.fields.begin());
+}
+
 bool is_value(const std::string& field) {
   if (field.starts_with('{')) return true;
   const auto number = number_marks(without_unit(field).first);
@@ -112,7 +130,7 @@ double share_of_numbers(const Cut& cut, std::string_view sample, const std::stri
 /// Of a file without numbers: the one of which there are most in its first line.
 const Cut* cut_of_names(std::string_view sample) {
   const std::string_view line = sample.substr(0, sample.find('\n'));
-  return &*std::ranges::max_element(kCuts.begin(), kCuts.begin() + 3, {},
+  return &*std::ranges::max_element(kCuts.begin(), kCuts.begin() + 4, {},
                                     [&](const Cut& cut) { return std::ranges::count(line, cut.separator); });
 }
 
@@ -138,7 +156,9 @@ TableRecords table_records(std::string text, const std::string& file) {
     best = &cut;
   }
   if (!best) best = cut_of_names(sample);
-  return {records_by(*best, text, file), best->name};
+  TableRecords records{records_by(*best, text, file), best->name};
+  if (best->separator == '|') drop_frame(records.rows);
+  return records;
 }
 
 std::pair<std::string, std::string> without_unit(const std::string& field) {

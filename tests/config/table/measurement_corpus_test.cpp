@@ -63,6 +63,15 @@ std::string padded(const Sheet& sheet, int width) {
   return text;
 }
 
+/// Rows between vertical bars, a rule below the header.
+std::string bars(const Sheet& sheet, const std::string& frame) {
+  std::string text;
+  for (const std::string& row : {Sheet::line(sheet.header, " | "), std::string{"---|---"}})
+    text += frame + " " + row + " " + frame + "\n";
+  for (const auto& row : sheet.rows) text += frame + " " + Sheet::line(row, " | ") + " " + frame + "\n";
+  return text;
+}
+
 std::string with_part(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
@@ -113,6 +122,9 @@ std::vector<CorpusFile> files_that_are_read() {
                                                     .with_column(0, "Nr", number)
                                                     .text(";", "\r\n")},
       {"German Grad", german.with_header(plus(six("Achse ", " [Grad]"), kXyzMm)).text(";")},
+      {"vertical bars", s.text("|")},
+      {"a table in Markdown", bars(s, "|")},
+      {"a table of a database", bars(s, "")},
       {"German Excel saved as Unicode text",
        utf16(kuka.with_decimal_commas().text("\t", "\r\n"), true, true)},
       {"UTF-16 little-endian, mark", utf16(s.text(), true, true)},
