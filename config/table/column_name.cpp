@@ -169,6 +169,12 @@ bool is_key_name(std::string_view header) {
   return std::ranges::find(kKeys, compact(lower(trimmed_name(header)))) != kKeys.end();
 }
 
+bool may_be_joint(std::string_view header) {
+  const std::string name = lower(header);
+  return std::ranges::any_of(std::array{"joint", "axis", "achs", "position"},
+                             [&](const char* word) { return name.contains(word); });
+}
+
 const std::vector<std::string>& own_column_names() {
   static const std::vector<std::string> names{
       "q1",    "x",         "y",    "z",           "smr",          "set",       "sigma",     "excess",

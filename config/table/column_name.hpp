@@ -27,6 +27,9 @@ bool holds_words(std::string_view name);
 /// Whether a header names what a row is about, by which two files are joined: "point", "Nr", "Object Name".
 bool is_key_name(std::string_view header);
 
+/// Whether a header that is not known may be of a joint: "shoulder_pan_joint", "/joint_states/position.0".
+bool may_be_joint(std::string_view header);
+
 /// All names of columns that some file of truepose has, those with a number ("q1") by their first.
 const std::vector<std::string>& own_column_names();
 

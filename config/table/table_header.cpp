@@ -1,6 +1,7 @@
 #include "config/table/table_header.hpp"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "config/number_text.hpp"
@@ -124,6 +125,20 @@ std::string choice_of(const std::vector<std::string>& names, bool by_number) {
   return choice;
 }
 
+void refuse_rows_of_columns(const std::vector<CsvRow>& records, const std::string& file,
+                            const TableForm& form, const TableReading& reading) {
+  std::set<std::string> names;
+  std::size_t most = 0;
+  for (const CsvRow& row : records) {
+    most = std::max(most, names_in(row, form, reading));
+    if (names.size() > kMostCsvColumns || row.fields.size() < 2) continue;
+    if (const std::string name = column_name(row.fields[0]).name; form.knows(name)) names.insert(name);
+  }
+  if (names.size() <= most) return;
+  throw ConfigError(file + ": has a row for each of " + list_of({names.begin(), names.end()}) +
+                    ". Transpose the table: a row for each pose, a column for each of these");
+}
+
 void refuse_header(const std::vector<CsvRow>& records, const std::string& file, const TableForm& form) {
   const std::vector<std::string>& needed = form.needed.front();
   if (is_of_numbers(records.front()))
@@ -141,16 +156,17 @@ bool has_faulty_own_names(const std::vector<std::string>& headers, const TableFo
     return form.knows(name) && name != header;
   };
   if (std::ranges::any_of(headers, means_another)) return false;
+  const bool has_needed = std::ranges::any_of(form.needed, [&](const auto& names) {
+    return std::ranges::all_of(
+        names, [&](const auto& name) { return std::ranges::find(headers, name) != headers.end(); });
+  });
   for (auto name = headers.begin(); name != headers.end(); ++name) {
     if (!name->empty() && std::find(headers.begin(), name, *name) != name) return true;
     if (name->empty() || is_own(*name)) continue;
     const bool is_misspelt = column_name(*name).name.empty() && !suggestion(*name, form.known).empty();
-    if (is_own_column_name(*name) || is_misspelt) return true;
+    if (is_own_column_name(*name) || (is_misspelt && has_needed)) return true;
   }
-  return std::ranges::none_of(form.needed, [&](const auto& names) {
-    return std::ranges::all_of(
-        names, [&](const auto& name) { return std::ranges::find(headers, name) != headers.end(); });
-  });
+  return false;
 }
 
 }  // namespace truepose::config

@@ -29,6 +29,10 @@ HeaderPlace header_of_numbers(const std::vector<CsvRow>& records, const TableRea
 HeaderPlace header_of_krl(const std::vector<CsvRow>& records);
 bool has_krl_cells(const std::vector<CsvRow>& records);
 
+/// Throws ConfigError where the names of the columns stand below each other, in front of their numbers.
+void refuse_rows_of_columns(const std::vector<CsvRow>& records, const std::string& file,
+                            const TableForm& form, const TableReading& reading);
+
 /// Throws ConfigError: that no column is known, or that there is no header.
 [[noreturn]] void refuse_header(const std::vector<CsvRow>& records, const std::string& file,
                                 const TableForm& form);

@@ -359,6 +359,7 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   const DecodedText decoded = decode_text(bytes, file);
   TableRecords records = table_records(decoded.text, file);
   if (records.rows.empty()) return {{}, 1, {}};
+  refuse_rows_of_columns(records.rows, file, form, reading);
   HeaderPlace header = header_in(records.rows, file, form, reading);
   if (header.end == 0) header = header_of_numbers(records.rows, reading);
   if (header.row.fields.empty()) header = header_of_krl(records.rows);
@@ -406,6 +407,9 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   const std::string renamed = renamed_columns(table, form);
   notes.add_if(!renamed.empty(), renamed);
   notes.add_if(!left_out.empty(), "left out: " + list_of(left_out));
+  const bool lacks_joints = form.knows("q1") && table.find("q1") == table.columns.size();
+  notes.add_if(lacks_joints && std::ranges::any_of(left_out, may_be_joint),
+               "no joints: if some of these are, say which: --columns " + choice_of({"q1", "q2"}, false));
   return written(table, header.row.line, form, reading, notes);
 }
 

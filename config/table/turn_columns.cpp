@@ -13,6 +13,10 @@ namespace truepose::config {
 
 TurnColumns::TurnColumns(const CsvTable& table) : table_(table) {
   if (std::ranges::none_of(kTurnColumns, [&](std::string_view name) { return table.has(name); })) return;
+  if (!table.has("sigma_abc"))
+    table.fail(
+        "a, b, c are the orientation of a 6-D target, and its standard deviation is missing. Add the column "
+        "sigma_abc (deg), or remove a, b, c");
   for (const std::string_view name : kTurnColumns) columns_.push_back(table.column(name));
 }
 

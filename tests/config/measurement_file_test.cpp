@@ -170,7 +170,10 @@ TEST_F(MeasurementFile, ChecksTheOptionalColumns) {
             "data.csv: row 1 (line 2): temp2: missing, expected a number");
   EXPECT_EQ(error("q1,q2,x,y,z,temp1,temp2\n" + rows + "20,-273\n"),
             "data.csv: row 1 (line 2): temp2: expected a temperature of -50 to 200 C, found -273");
-  EXPECT_EQ(error("q1,q2,x,y,z,a,b,c\n" + rows + "1,2,3\n"), "data.csv: missing column 'sigma_abc'");
+  EXPECT_EQ(
+      error("q1,q2,x,y,z,a,b,c\n" + rows + "1,2,3\n"),
+      "data.csv: a, b, c are the orientation of a 6-D target, and its standard deviation is missing. Add the "
+      "column sigma_abc (deg), or remove a, b, c");
   EXPECT_EQ(error("q1,q2,x,y,z,a,b,c,sigma_abc\n" + rows + "1,400,3,0.01\n"),
             "data.csv: row 1 (line 2): b: expected -360 to 360 deg, found 400");
   EXPECT_EQ(error("q1,q2,x,y,z,a,b,c,sigma_abc\n" + rows + "1,,3,0.01\n"),

@@ -77,6 +77,20 @@ std::string with_part(std::string text, const std::string& from, const std::stri
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
+/// A line for each column.
+Sheet transposed(const Sheet& sheet) {
+  Sheet lines;
+  for (std::size_t k = 0; k < sheet.header.size(); ++k) {
+    Names line{sheet.header[k]};
+    for (const auto& row : sheet.rows) line.push_back(row[k]);
+    if (k == 0)
+      lines.header = std::move(line);
+    else
+      lines.rows.push_back(std::move(line));
+  }
+  return lines;
+}
+
 std::vector<CorpusFile> files_that_are_read() {
   const Sheet s = Sheet::correct();
   const Sheet german = s.with_decimal_commas();
@@ -108,6 +122,9 @@ std::vector<CorpusFile> files_that_are_read() {
       {"tabs", s.text("\t")},
       {"tabs, decimal commas", german.text("\t")},
       {"tabs, CRLF", kuka.text("\t", "\r\n")},
+      {"vertical bars", s.text("|")},
+      {"a table in Markdown", bars(s, "|")},
+      {"a table of a database", bars(s, "")},
       {"columns of blanks", padded(s, 12)},
       {"columns of blanks, decimal commas", padded(german, 12)},
       {"single blanks", s.text(" ")},
@@ -122,9 +139,6 @@ std::vector<CorpusFile> files_that_are_read() {
                                                     .with_column(0, "Nr", number)
                                                     .text(";", "\r\n")},
       {"German Grad", german.with_header(plus(six("Achse ", " [Grad]"), kXyzMm)).text(";")},
-      {"vertical bars", s.text("|")},
-      {"a table in Markdown", bars(s, "|")},
-      {"a table of a database", bars(s, "")},
       {"German Excel saved as Unicode text",
        utf16(kuka.with_decimal_commas().text("\t", "\r\n"), true, true)},
       {"UTF-16 little-endian, mark", utf16(s.text(), true, true)},
@@ -251,6 +265,23 @@ std::vector<CorpusFile> files_that_are_refused() {
        "missing column 'x', found 'u'. Say which it is: --columns x=NAME"},
       {"missing joints", s.with_header(plus({"base", "shoulder", "elbow", "w1", "w2", "w3"}, kXyzMm)).text(),
        "missing column 'q1', found 'base', 'shoulder'"},
+      {"joints of a robot in ROS",
+       s.with_header(
+            plus({"shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "w1", "w2", "w3"}, kXyz))
+           .text(),
+       "missing column 'q1', found 'shoulder_pan_joint', 'shoulder_lift_joint', 'elbow_joint', 'w1', 'w2', 'w3'. "
+       "Say which it is: --columns q1=NAME,q2=NAME,q3=NAME,.."},
+      {"joint states of ROS, which have an order of their own",
+       s.with_header(plus(six("joint_states.position[", "]", 0), kXyz)).text(),
+       "missing column 'q1', found 'joint_states.position[0]'"},
+      {"the robot's own orientation",
+       s.with_column(9, "C", "0.0").with_column(9, "B", "0.0").with_column(9, "A", "0.0").text(),
+       "a, b, c are the orientation of a 6-D target, and its standard deviation is missing. Add the column "
+       "sigma_abc (deg), or remove a, b, c"},
+      {"a row for each quantity", transposed(s).text(),
+       "has a row for each of 'q1', 'q2', 'q3', 'q4', 'q5', 'q6', 'x', 'y', 'z'. Transpose the table: a row for "
+       "each pose, a column for each of these"},
+      {"a row for each quantity, German", "Zelle 4\n" + transposed(german).text(";"), "Transpose the table"},
       {"no name known", s.with_header({"aa", "bb", "cc", "dd", "ee", "ff", "gg", "hh", "ii"}).text(";"),
        "no column is known, found 'aa', 'bb'"},
       {"x twice", s.with_column(9, "X", "1").text(),
@@ -379,6 +410,15 @@ TEST_F(MeasurementCorpus, OneLineSaysWhatWasReadHow) {
       HasSubstr(
           "data.csv: read as: semicolons; header in line 2; decimal commas; q1..q6 from 'A1 (deg)'..'A6 (deg)', x from "
           "'X [mm]', y from 'Y [mm]', z from 'Z [mm]'; left out: 'Nr'"));
+}
+
+TEST_F(MeasurementCorpus, PointsBesideJointsOfOtherNamesAskForTheirColumns) {
+  const auto path = folder_.write(
+      "data.csv", Sheet::correct().with_header(plus(six("ur10_joint_", "_deg", 1), kXyz)).text());
+  TableReading reading{.report = [this](const std::string& line) { said_ = line; }};
+  read_table(path, {.known = {"q1", "x", "y", "z"}, .needed = {{"x", "y", "z"}, {"q1"}}}, &reading);
+  EXPECT_THAT(said_, HasSubstr("left out: 'ur10_joint_1_deg'"));
+  EXPECT_THAT(said_, HasSubstr("no joints: if some of these are, say which: --columns q1=NAME,q2=NAME"));
 }
 
 /// A correct file written in a way that is drawn: each way alone is in the corpus.
