@@ -254,7 +254,7 @@ std::string renamed_columns(const ForeignTable& table, const TableForm& form) {
   std::string text;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     const std::string& name = table.columns[k].name;
-    if (!form.knows(name) || name == table.headers[k]) continue;
+    if (!form.knows(name) || name == table.headers[k] || name.starts_with(kKeyPrefix)) continue;
     std::size_t last = k;
     const auto is_joint = [&](std::size_t at) {
       return at < table.columns.size() && is_axis_of_no_arm(table.columns[at].name) &&
@@ -398,14 +398,16 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
     expect_units_of_all(table, is_joint_column);
     expect_units_of_all(table, is_coordinate);
   }
-  std::vector<std::string> left_out;
+  std::vector<std::string> left_out, keys;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
+    if (table.columns[k].name.starts_with(kKeyPrefix)) keys.push_back(table.headers[k]);
     if (form.knows(table.columns[k].name)) continue;
     if (is_axis_of_no_arm(table.columns[k].name)) expect_at_rest(table, k);
     left_out.push_back(table.headers[k]);
   }
   const std::string renamed = renamed_columns(table, form);
   notes.add_if(!renamed.empty(), renamed);
+  notes.add_if(!keys.empty(), "rows named by " + list_of(keys));
   notes.add_if(!left_out.empty(), "left out: " + list_of(left_out));
   const bool lacks_joints = form.knows("q1") && table.find("q1") == table.columns.size();
   notes.add_if(lacks_joints && std::ranges::any_of(left_out, may_be_joint),

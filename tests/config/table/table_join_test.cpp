@@ -67,6 +67,8 @@ TEST_F(TwoFilesOfMeasurements, AreJoinedByNameNumberOrTimeInAnyOrder) {
   expect_joined(shuffled.text(), part(6, 9, "point", p).text());
   EXPECT_THAT(said_, HasSubstr("points.csv by 'point': 12 joined"));
   expect_joined(shuffled.with_decimal_commas().text(";"), part(6, 9, "Point Name", p).text("\t"));
+  EXPECT_THAT(said_, HasSubstr("points.csv: read as: tabs; rows named by 'Point Name'\n"));
+  EXPECT_THAT(said_, testing::Not(HasSubstr("key:")));
   expect_joined(part(0, 6, "Nr", n).text(), part(6, 9, "Name", p).text());
   const auto time = [](std::size_t row) { return formatted("2026-11-26T08:%02zu:30", row); };
   expect_joined(part(0, 6, "time", time).text(), part(6, 9, "time", time).text());
