@@ -41,9 +41,10 @@ OpenTable::OpenTable(std::istream& in, const std::string& file, const TableForm&
   if (taken_.starts_with("\xEF\xBB\xBF")) taken_.erase(0, 3);
   const bool is_pipe = in.tellg() < 0;
   in.clear(in.rdstate() & ~std::ios::failbit);
-  if (is_pipe && has_own_header(taken_, file, form) && reading->columns.empty() && !reading->units) return;
+  const bool is_plain = reading->columns.empty() && !reading->units;
+  if (is_pipe && is_plain && has_own_header(taken_, file, form)) return;
   std::string bytes = std::exchange(taken_, {}) + bytes_of(in, CsvTable::kMostBytes);
-  if (in && !is_pipe) {  // too much to look at
+  if (in && !is_pipe && is_plain) {  // too much to look at
     in.seekg(0);
     return;
   }

@@ -36,6 +36,7 @@ inline constexpr std::array kRenamed{
     Renamed{"--most-residual", "--max-orientation-residual"},
     Renamed{"--most-residual-mm", "--max-position-residual"},
     Renamed{"--known", "--nominal"},
+    Renamed{"--unit", "--units"},
     // Parameters of the control protocol and of truepose-proxy
     Renamed{"known", "nominal"},
     Renamed{"garble", "corrupt"},

@@ -162,9 +162,10 @@ TEST_F(Compensate, TakesNoRadiansForDegreesAndNoMetresForMillimetres) {
   const std::filesystem::path out = folder_.path() / "joints.csv";
   const Finished refused = compensate({"--joints", file(rad), "--out", out});
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("these look like radians; say which it is by --unit rad or --unit deg"));
+  EXPECT_THAT(refused.err,
+              HasSubstr("these look like radians; say which it is by --units rad,mm or --units deg,mm"));
   EXPECT_FALSE(std::filesystem::exists(out));
-  const json::object of_rad = document({"--joints", file(rad), "--unit", "rad"});
+  const json::object of_rad = document({"--joints", file(rad), "--units", "rad,mm"});
   const json::object of_deg = document(
       {"--joints", file(std::string(kJoints) + "19.9962,-79.9849,99.9811,30.0230,44.9772,-39.9925\n")});
   EXPECT_LT((joints(of_rad, 0) - joints(of_deg, 0)).cwiseAbs().maxCoeff(), 1e-5);

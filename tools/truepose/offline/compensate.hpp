@@ -27,7 +27,6 @@ struct CompensateOptions {
   config::TableReading reading;  ///< of them
   std::vector<double> near;      ///< deg (mm) per joint
   bool position_only = false;
-  std::string unit;  ///< "deg" or "rad" where it is said what turning joints are given in
   double max_orientation_residual_deg = 0.1;  ///< of orientation, beyond which a row is counted
   double max_position_residual_mm = 0.01;     ///< of position, likewise
 

@@ -144,8 +144,6 @@ Command compensate_command() {
            Option("--position-only", &o.position_only,
                   "Only the position counts: the smallest change of the joints that reaches it",
                   {.excludes = {"--program", "--archive"}}),
-           Option("--unit", &o.unit, "What turning joints of --joints are given in: deg (the default) or rad",
-                  {.check = available({"deg", "rad"}), .needs = {"--joints"}}),
            Option(
                "--max-orientation-residual", &o.max_orientation_residual_deg,
                "Rows that give up more orientation (deg) next to a singularity are counted, and the command "

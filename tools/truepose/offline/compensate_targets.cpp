@@ -44,7 +44,7 @@ class UnitWatch {
  public:
   UnitWatch(const RobotModel& robot, TargetForm form, const CompensateOptions& options, std::string file)
       : robot_{robot},
-        of_joints_{form == TargetForm::Joints && options.unit.empty()},
+        of_joints_{form == TargetForm::Joints && !options.reading.units},
         of_base_{form != TargetForm::Joints && options.base.empty() && options.positioner.empty()},
         file_{std::move(file)} {}
 
@@ -56,7 +56,7 @@ class UnitWatch {
       throw CommandError{kBadInput,
                          file_ + ": row " + std::to_string(number) +
                              ": the position is within 10 mm of the middle of the arm's foot: x, y, z are "
-                             "read in mm, and these look like metres; give them in mm"};
+                             "read in mm, and these look like metres; if they are: --units deg,m"};
     for (std::size_t i = 0; of_joints_ && i < v.size(); ++i)
       if (turns(robot_.joints[i])) largest_ = std::max(largest_, std::abs(v[i]));
   }
@@ -67,7 +67,7 @@ class UnitWatch {
     throw CommandError{
         kBadInput, file_ + ": no joint is beyond " + formatted("%.3g", largest_) +
                        " in any row: joints are read in deg, and these look like radians; say which it is "
-                       "by --unit rad or --unit deg"};
+                       "by --units rad,mm or --units deg,mm"};
   }
 
  private:
@@ -77,7 +77,7 @@ class UnitWatch {
   double largest_ = 0;
 };
 
-Target target_of(TargetRow row, TargetForm form, const RobotModel& robot, bool in_rad) {
+Target target_of(TargetRow row, TargetForm form, const RobotModel& robot) {
   Target target{.q = {},
                 .X = Eigen::Isometry3d::Identity(),
                 .status = row.status,
@@ -85,8 +85,6 @@ Target target_of(TargetRow row, TargetForm form, const RobotModel& robot, bool i
                 .e = std::move(row.e)};
   std::vector<double>& v = row.numbers;
   if (form == TargetForm::Joints) {
-    for (std::size_t i = 0; in_rad && i < v.size(); ++i)
-      if (turns(robot.joints[i])) v[i] *= kDegPerRad;
     target.q = joints_from(v, robot);
   } else {
     v.resize(6);
@@ -472,8 +470,7 @@ int run_compensate_targets(const CompensateOptions& options, const RobotModel& n
   UnitWatch units(nominal, reader.form(), options, file);
   while (auto row = reader.next()) {
     units.see(*row, reader.row());
-    const auto reached =
-        targets.reach(target_of(*std::move(row), reader.form(), nominal, options.unit == "rad"));
+    const auto reached = targets.reach(target_of(*std::move(row), reader.form(), nominal));
     if (!reached) {
       units.end();  // then that is the reason
       std::cout.flush();
