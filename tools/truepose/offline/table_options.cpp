@@ -33,13 +33,14 @@ std::optional<config::TableUnits> units_in(const std::string& text) {
 Option columns_option(TableOptions& options) {
   return {"--columns",
           &options.columns,
-          "Columns of the file that have other names than ours, by their names or numbers",
+          "Columns of the file that have other names than ours, by their names or numbers: "
+          "q1=A1,x=\"X [mm]\",y=8",
           {.check = Check{"",
                           [](const std::string& text) -> std::string {
                             if (choice_of(text)) return {};
                             return config::in_quotes(text) + " is not NAME=COLUMN, such as q1=A1 or x=7";
                           }},
-           .type = "q1=A1,x=\"X [mm]\",.."}};
+           .type = "NAME=COLUMN,.."}};
 }
 
 Option units_option(TableOptions& options) {
