@@ -72,23 +72,23 @@ TEST_F(BadInput, ACubeWithoutAnEdge) {
 
 TEST_F(BadInput, WrongUsage) {
   const std::string see = " (see truepose calibrate --help)";
-  expect_one_line(calibrate({"--robot", kRobot}), 2, "--data is required" + see);
+  expect_one_line(calibrate({"--robot", kRobot}), 2, "--data: missing. Give DATA or --data FILE" + see);
   expect_one_line(
       calibrate({"--robot", kRobot, "--data", "d.csv", "--loss", "cauchy"}), 2,
       "--loss: 'cauchy' is not available in this version (available: outlier-rejection, squared, huber, igg3, tukey)" +
           see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--split", "0.7", "--validate", "v.csv"}),
-                  2, "--validate excludes --split" + see);
+                  2, "--validate: excludes --split. Give one of them" + see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--folds", "5", "--split", "0.7"}), 2,
-                  "--split excludes --folds" + see);
+                  "--split: excludes --folds. Give one of them" + see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--folds", "1"}), 2,
                   "--folds: 1 is out of range. Give 2 to 10000" + see);
   expect_one_line(calibrate({"--robot", kRobot, "--data", "d.csv", "--seed", "1"}), 2,
-                  "--seed requires --split or --folds" + see);
+                  "--seed: requires --split or --folds. Give one of them" + see);
   for (std::vector<std::string> options :
        {std::vector<std::string>{"--harmonics", "1,2"}, {"--harmonics", "3", "--non-geometric", "none"}}) {
     options.insert(options.begin(), {"--robot", kRobot, "--data", "d.csv"});
-    expect_one_line(calibrate(options), 2, "--harmonics requires --non-geometric auto" + see);
+    expect_one_line(calibrate(options), 2, "--harmonics: requires --non-geometric auto. Give both" + see);
   }
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--non-geometric", "some"}).exit_code, 2);
   EXPECT_EQ(calibrate({"--robot", kRobot, "--data", "d.csv", "--residual", "some"}).exit_code, 2);

@@ -187,9 +187,11 @@ TEST_F(Words, ThatDoNotFitAreRefusedInOneLine) {
   EXPECT_EQ(refusal({"--number", "11"}), "truepose: --number: 11 is out of range. Give 5 to 10" + see);
   EXPECT_EQ(refusal({"--word", "green"}),
             "truepose: --word: 'green' is not available in this version (available: red, blue)" + see);
-  EXPECT_EQ(refusal({"--share", "0.5"}), "truepose: --share requires --flag" + see);
-  EXPECT_EQ(refusal({"--flag", "--share", "1", "--word", "red"}), "truepose: --share excludes --word" + see);
-  EXPECT_EQ(refusal({"--choice", "--no-choice"}), "truepose: --choice excludes --no-choice" + see);
+  EXPECT_EQ(refusal({"--share", "0.5"}), "truepose: --share: requires --flag. Give both" + see);
+  EXPECT_EQ(refusal({"--flag", "--share", "1", "--word", "red"}),
+            "truepose: --share: excludes --word. Give one of them" + see);
+  EXPECT_EQ(refusal({"--choice", "--no-choice"}),
+            "truepose: --choice: excludes --no-choice. Give one of them" + see);
   EXPECT_EQ(refusal({"--list", "1,2,3"}), "truepose: --list: expected 2 values, found 3" + see);
   EXPECT_EQ(refusal({"--flga"}), "truepose: --flga: unknown option, did you mean '--flag'?" + see);
   EXPECT_EQ(refusal({"--number", "nine"}), "truepose: --number: expected a whole number, found 'nine'" + see);

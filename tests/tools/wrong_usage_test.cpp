@@ -10,8 +10,9 @@ namespace truepose {
 namespace {
 
 struct Usage {
-  std::string line;    ///< "truepose calibrate --help"
-  std::string answer;  ///< "2 --data is required": the exit code and what standard error says
+  std::string line;  ///< "truepose calibrate --help"
+  std::string
+      answer;  ///< "2 --data: missing. Give DATA or --data FILE": the exit code and what standard error says
 };
 
 std::vector<Usage> wrong_usages() {

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <concepts>
@@ -196,8 +197,8 @@ void expect_one_subject(const std::vector<Option>& options, const CLI::App& app)
     if (app.count(option.name) > 0) given.push_back(option.name);
   }
   if (names.empty() || given.size() == 1) return;
-  if (given.empty()) throw bad_usage("one of " + names + " is required");
-  throw bad_usage(given[0] + " excludes " + given[1]);
+  if (given.empty()) throw bad_usage(names + ": missing. Give one of them");
+  throw bad_usage(given[0] + ": excludes " + given[1] + ". Give one of them");
 }
 
 void add_options(CLI::App& to, const std::vector<Option>& options) {
@@ -278,7 +279,29 @@ std::string wrong_count(const CLI::App& app, const std::string& message) {
            std::to_string(found.size());
   std::string all;
   for (const std::string& value : found) all += (all.empty() ? "" : ", ") + value;
-  return name + " is given " + std::to_string(found.size()) + " times (" + all + "). Give it once";
+  return name + ": given " + std::to_string(found.size()) + " times (" + all + "). Give it once";
+}
+
+/// As the help shows the name of what goes by its place.
+std::string in_capitals(std::string name) {
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::toupper(c); });
+  return name;
+}
+
+/// Of "--robot is required" and how it is given.
+std::string missing_option(const CLI::App& app, const std::string& message) {
+  const std::string name = message.substr(0, message.find(' '));
+  const CLI::Option* const option = app.get_option_no_throw(name);
+  if (option == nullptr) return message;
+  if (!name.starts_with('-')) return in_capitals(name) + ": missing. Give it behind the command";
+  const std::string place = option->get_positional() ? option->get_name(true) + " or " : "";
+  return name + ": missing. Give " + place + name + " " + option->get_type_name();
+}
+
+/// Of two options, "--folds excludes --split" or "--split requires --seed".
+std::string wrong_pair(std::string message, const char* what_to_do) {
+  message.insert(std::min(message.find(' '), message.size()), ":");
+  return message + ". " + what_to_do;
 }
 
 /// What is wrong with the words, in the words of who wrote them.
@@ -288,6 +311,11 @@ std::string usage_fault(const CLI::App& app, const CLI::ParseError& error) {
       return word.starts_with('-') && word.size() > 1 ? unknown_option(*each, word)
                                                       : unknown_command(*each, word);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) return wrong_count(app, error.what());
+  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) return missing_option(app, error.what());
+  if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr)
+    return wrong_pair(error.what(), "Give both");
+  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr)
+    return wrong_pair(error.what(), "Give one of them");
   return error.what();
 }
 

@@ -84,7 +84,7 @@ void note_left_out(const RobotModel& robot) {
 int run_export(const ExportCommand& command) {
   if (command.urdf_file.empty() && command.csv_file.empty() && command.dh_file.empty() &&
       command.robodk_file.empty() && command.kuka_file.empty())
-    throw bad_usage("export needs --urdf, --csv, --dh, --robodk or --kuka");
+    throw bad_usage("--urdf, --csv, --dh, --robodk, --kuka: missing. Give one of them");
   const config::ModelFile model = load_model_to_use(command.model_file);
   const RobotModel& robot = model.cell.robot;
   if (!command.urdf_file.empty()) config::write_text_file(command.urdf_file, config::urdf(robot));

@@ -258,11 +258,12 @@ void print_summary(const CalibrateCommand& command, const RobotModel& robot, con
 
 /// Options that would have no effect, or another than the data ask for.
 void check_options(const CalibrateCommand& command) {
-  if (command.seed && !command.split && !command.folds) throw bad_usage("--seed requires --split or --folds");
+  if (command.seed && !command.split && !command.folds)
+    throw bad_usage("--seed: requires --split or --folds. Give one of them");
   if (!command.harmonics.empty() && command.non_geometric != "auto")
-    throw bad_usage("--harmonics requires --non-geometric auto");
+    throw bad_usage("--harmonics: requires --non-geometric auto. Give both");
   if (command.data_files.size() > 1 && !command.validate_file.empty())
-    throw bad_usage("--validate does not say its station: mark points of each --data set=validate");
+    throw bad_usage("--validate: does not say its station. Mark points of each --data set=validate");
 }
 
 void check_data(const CalibrateCommand& command, const MeasurementData& data) {

@@ -173,7 +173,7 @@ IntoCommandedFrame bringing_into_base(const Iso9283Command& command, record::Iso
 
 int run_iso9283(const Iso9283Command& command) {
   if (!command.cube.empty()) return print_targets(command);
-  if (command.data_file.empty()) throw bad_usage("--data or --cube is required");
+  if (command.data_file.empty()) throw bad_usage("--data, --cube: missing. Give one of them");
   const record::Iso9283Frame frame = frame_of(command);
   const IntoCommandedFrame into_base = bringing_into_base(command, frame);
   const config::TableReading reading = reading_of(command.table);
