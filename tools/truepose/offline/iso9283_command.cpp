@@ -21,6 +21,7 @@
 #include "tools/truepose/offline/arm_options.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 #include "tools/truepose/offline/table_options.hpp"
+#include "tools/truepose/progress_line.hpp"
 #include "tools/truepose/text.hpp"
 #include "tools/truepose/written_files.hpp"
 
@@ -174,6 +175,7 @@ IntoCommandedFrame bringing_into_base(const Iso9283Command& command, record::Iso
 int run_iso9283(const Iso9283Command& command) {
   if (!command.cube.empty()) return print_targets(command);
   if (command.data_file.empty()) throw bad_usage("--data, --cube: missing. Give one of them");
+  const ProgressLine line{"evaluation"};
   const record::Iso9283Frame frame = frame_of(command);
   const IntoCommandedFrame into_base = bringing_into_base(command, frame);
   const config::TableReading reading = reading_of(command.table);

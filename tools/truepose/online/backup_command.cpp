@@ -8,6 +8,7 @@
 #include "proto/control/base64.hpp"
 #include "proto/rpc/backup.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
+#include "tools/truepose/progress_line.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -27,6 +28,7 @@ void layout(record::Io& io, WrittenBackup& x) {
 
 int back_up(const OnlineOptions& online, const std::filesystem::path& out) {
   ::umask(S_IRWXG | S_IRWXO);  // what a store says is for its owner
+  ProgressLine line{"backup"};
   RpcClient client = value_or_throw(RpcClient::connect(online));
   const rpc::StoreBackup::Result made = value_or_throw(client.call(rpc::StoreBackup{})).record;
   config::UnfinishedFile file{out};
@@ -36,6 +38,7 @@ int back_up(const OnlineOptions& online, const std::filesystem::path& out) {
     if (!part || part->empty()) break;
     file.stream() << *part;
     request.offset += part->size();
+    line.show(static_cast<double>(request.offset) / static_cast<double>(made.bytes));
   }
   if (request.offset != made.bytes)
     throw CommandError{kFailed, "the daemon's backup came in part; make it again"};

@@ -1,5 +1,6 @@
 #include "tools/truepose/online/recording_commands.hpp"
 
+#include <algorithm>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 
@@ -7,12 +8,24 @@
 #include "proto/control/base64.hpp"
 #include "proto/rpc/recording.hpp"
 #include "tools/truepose/online/rpc_client.hpp"
+#include "tools/truepose/progress_line.hpp"
 
 namespace truepose::tools {
 namespace {
 
+/// Bytes of a recording; 0: not known.
+std::uint64_t size_of(RpcClient& client, const std::string& name) {
+  const auto list = client.call(rpc::RecordingList{});
+  if (!list) return 0;
+  const auto& entries = list->record.recordings;
+  const auto found = std::ranges::find(entries, name, &rpc::RecordingList::Result::Entry::name);
+  return found == entries.end() ? 0 : found->bytes;
+}
+
 /// Part by part, into a file that appears whole or not at all.
 void copy_recording(RpcClient& client, const std::string& name, const std::filesystem::path& out) {
+  ProgressLine line{"recording"};
+  const std::uint64_t bytes = size_of(client, name);
   config::UnfinishedFile file{out};
   for (rpc::RecordingGet request{.name = name};;) {
     const auto part = control::from_base64(value_or_throw(client.call(request)).record.data);
@@ -20,6 +33,7 @@ void copy_recording(RpcClient& client, const std::string& name, const std::files
     if (part->empty()) break;
     file.stream() << *part;
     request.offset += part->size();
+    if (bytes > 0) line.show(std::min(1.0, static_cast<double>(request.offset) / static_cast<double>(bytes)));
   }
   file.close();
   file.take_place();
