@@ -45,6 +45,29 @@ TEST_F(Export, WritesOneOfThemAlone) {
   EXPECT_FALSE(std::filesystem::exists(path("a.urdf")));
 }
 
+TEST_F(Export, WritesTheNominalRobotThatImportsToTheSameArm) {
+  const Finished run = run_program(
+      "truepose", {"robot", "export", "ur10", "--dh", path("dh.csv"), "--standard-dh", path("standard.csv"),
+                   "--robodk", path("robodk.csv"), "--urdf", path("arm.urdf")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const RobotModel ur10 = config::load_robot("ur10");
+  const JointVector q = JointVector::Constant(6, 0.7);
+  for (const auto& [file, convention] : {std::pair{"dh.csv", "modified"},
+                                         {"standard.csv", "standard"},
+                                         {"robodk.csv", "modified"},
+                                         {"arm.urdf", ""}}) {
+    std::vector<std::string> import{"robot", "import", path(file), "--out", path("arm.yaml")};
+    if (*convention != '\0') import.insert(import.end(), {"--dh", convention});
+    ASSERT_EQ(run_program("truepose", import).exit_code, 0) << file;
+    const RobotModel read = config::load_robot(path("arm.yaml"));
+    EXPECT_TRUE(forward_kinematics(read, q).isApprox(forward_kinematics(ur10, q), 1e-9)) << file;
+  }
+  const Finished nothing = run_program("truepose", {"robot", "export", "ur10"});
+  EXPECT_EQ(nothing.exit_code, 2);
+  EXPECT_NE(nothing.err.find("--urdf, --dh, --standard-dh, --robodk: missing. Give one of them"),
+            std::string::npos);
+}
+
 TEST_F(Export, WritesTablesThatImportToTheSameArm) {
   model_.cell.robot.joints[2].a_mm += 0.123;
   model_.cell.robot.joints[2].beta_rad = 1e-3;

@@ -39,16 +39,16 @@ int main(int argc, char** argv) {
   CommandLine line = online_commands();
   line.commands.insert(
       line.commands.begin(),
-      {access_commands(),    access_add_command(),   access_list_command(), access_revoke_command(),
-       base_command(),       bridge_check_command(), calibrate_command(),   cell_commands(),
-       cell_demo_command(),  cell_new_command(),     compensate_command(),  data_commands(),
-       data_check_command(), doctor_command(),       drift_command(),       export_command(),
-       fk_command(),         iso9283_command(),      kuka_commands(),       kuka_write_command(),
-       kuka_lint_command(),  listen_command(),       plan_command(),        positioner_command(),
-       replay_command(),     restore_command(),      robot_commands(),      robot_check_command(),
-       robot_fix_command(),  robot_import_command(), robot_list_command(),  robot_new_command(),
-       robot_show_command(), tls_commands(),         tls_init_command(),    tls_client_command(),
-       tool_command()});
+      {access_commands(),      access_add_command(),   access_list_command(),  access_revoke_command(),
+       base_command(),         bridge_check_command(), calibrate_command(),    cell_commands(),
+       cell_demo_command(),    cell_new_command(),     compensate_command(),   data_commands(),
+       data_check_command(),   doctor_command(),       drift_command(),        export_command(),
+       fk_command(),           iso9283_command(),      kuka_commands(),        kuka_write_command(),
+       kuka_lint_command(),    listen_command(),       plan_command(),         positioner_command(),
+       replay_command(),       restore_command(),      robot_commands(),       robot_check_command(),
+       robot_export_command(), robot_fix_command(),    robot_import_command(), robot_list_command(),
+       robot_new_command(),    robot_show_command(),   tls_commands(),         tls_init_command(),
+       tls_client_command(),   tool_command()});
   line.commands.push_back(audit_verify_command());  // behind its group, which is the daemon's
   return run_command_line(line, {argv + 1, argv + argc});
 }

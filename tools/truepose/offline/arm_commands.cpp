@@ -102,6 +102,30 @@ int run_export(const ExportCommand& command) {
   return kDone;
 }
 
+struct RobotExport {
+  std::filesystem::path robot;
+  std::string urdf_file, dh_file, standard_dh_file, robodk_file;
+};
+
+int run_robot_export(const RobotExport& command) {
+  const RobotModel robot = config::load_robot(command.robot);
+  std::vector<config::TextFile> files;
+  const auto add = [&](const std::string& file, std::string (*text)(const RobotModel&)) {
+    if (!file.empty()) files.push_back({file, text(robot)});
+  };
+  add(command.urdf_file, config::urdf);
+  add(command.dh_file,
+      [](const RobotModel& arm) { return config::dh_table_text(arm, config::DhConvention::Modified); });
+  add(command.standard_dh_file,
+      [](const RobotModel& arm) { return config::dh_table_text(arm, config::DhConvention::Standard); });
+  add(command.robodk_file, config::robodk_table_text);
+  if (files.empty()) throw bad_usage("--urdf, --dh, --standard-dh, --robodk: missing. Give one of them");
+  if (command.urdf_file.empty() || files.size() > 1) note_left_out(robot);
+  config::write_together(files);
+  note_written({command.urdf_file, command.dh_file, command.standard_dh_file, command.robodk_file});
+  return kDone;
+}
+
 }  // namespace
 
 Command fk_command() {
@@ -146,6 +170,25 @@ Command export_command() {
                          {.file = FileUse::Written})},
       .run = [command] { return run_export(*command); },
       .examples = {{"export model.yaml --urdf arm.urdf --csv parameters.csv"}}};
+}
+
+Command robot_export_command() {
+  const auto command = std::make_shared<RobotExport>();
+  RobotExport& c = *command;
+  return {
+      .name = "robot export",
+      .help = "Writes a nominal arm for other programs",
+      .options = {Option("robot", &c.robot, "Robot file (YAML), or the name of a shipped one",
+                         {.required = true, .type = "ROBOT", .file = FileUse::Read}),
+                  Option("--urdf", &c.urdf_file, "Kinematics (URDF)", {.file = FileUse::Written}),
+                  Option("--dh", &c.dh_file, "Modified DH table (CSV), which robot import reads",
+                         {.file = FileUse::Written}),
+                  Option("--standard-dh", &c.standard_dh_file,
+                         "Standard DH table (CSV), where the arm has one", {.file = FileUse::Written}),
+                  Option("--robodk", &c.robodk_file, "The modified table in RoboDK's order of columns (CSV)",
+                         {.file = FileUse::Written})},
+      .run = [command] { return run_robot_export(*command); },
+      .examples = {{"robot export kr210_r2700_2 --dh table.csv --urdf arm.urdf"}}};
 }
 
 }  // namespace truepose::tools

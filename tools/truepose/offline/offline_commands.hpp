@@ -31,6 +31,7 @@ Command plan_command();
 Command positioner_command();  ///< as base_command(), or the root stands on its head
 Command robot_commands();
 Command robot_check_command();  ///< a position differs by more than the limits
+Command robot_export_command();
 Command robot_import_command();
 Command robot_list_command();
 Command robot_new_command();
