@@ -5,6 +5,7 @@
 
 #include "config/document_kind.hpp"
 #include "config/robot_file.hpp"
+#include "config/robot_library.hpp"
 #include "config/yaml_layout.hpp"
 #include "core/calibrate/option_names.hpp"
 #include "proto/record/json_io.hpp"
@@ -60,6 +61,17 @@ struct Origins {
   }
 };
 
+/// A robot file, or the name of a shipped one.
+struct RobotFileOrName {
+  void read(const Io& io, std::filesystem::path& file) const try {
+    const YamlValue& given = yaml_value(io);
+    const std::filesystem::path named = given.text();
+    file = named.has_parent_path() ? given.file() : robot_file_of(named, given.file().parent_path());
+  } catch (const ConfigError& error) {
+    yaml_value(io).fail(error.what());
+  }
+};
+
 /// {kg, x, y, z} that the arm carries.
 struct Payload {
   void read(const Io& io, RobotModel& robot) const { add_payload(robot, yaml_value(io)); }
@@ -99,7 +111,7 @@ struct ToolFiles {
 // ---- Layouts. The file states the unit next to every number
 
 void layout(Io& io, RobotConfig& x) {
-  io("file", x.file);
+  io("file", x.file, RobotFileOrName{});
   io.on_read(x, [](auto& robot) {
     robot.model = load_robot(robot.file);
     robot.body = load_body(robot.file);

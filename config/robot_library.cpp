@@ -33,15 +33,15 @@ std::vector<fs::path> shipped_robot_files() {
   return files;
 }
 
-fs::path robot_file_of(const fs::path& file_or_name) {
-  if (file_or_name.has_parent_path() || file_or_name.has_extension() || fs::exists(file_or_name))
-    return file_or_name;
+fs::path robot_file_of(const fs::path& file_or_name, const fs::path& folder) {
+  const fs::path given = folder.empty() ? file_or_name : (folder / file_or_name).lexically_normal();
+  if (file_or_name.has_parent_path() || file_or_name.has_extension() || fs::exists(given)) return given;
   std::vector<std::string> names;
   for (const fs::path& file : shipped_robot_files()) {
     if (file.stem() == file_or_name) return file;
     names.push_back(file.stem());
   }
-  if (names.empty()) return file_or_name;
+  if (names.empty()) return given;
   throw ConfigError{file_or_name.string() + ": no such file, and no shipped robot of this name" +
                     suggestion(file_or_name.string(), names) + ". See truepose robot list."};
 }

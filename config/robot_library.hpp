@@ -12,6 +12,9 @@ std::vector<std::filesystem::path> shipped_robot_files();
 /// The file itself where it exists; the shipped one where a bare name such as kr210_r2700_2 is given;
 /// otherwise the path as given, which then cannot be read. Throws ConfigError for a bare name that is none of
 /// the shipped.
-std::filesystem::path robot_file_of(const std::filesystem::path& file_or_name);
+///
+/// @param folder  in which the file is looked for, where it is not absolute
+std::filesystem::path robot_file_of(const std::filesystem::path& file_or_name,
+                                    const std::filesystem::path& folder = {});
 
 }  // namespace truepose::config

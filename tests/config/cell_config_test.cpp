@@ -45,6 +45,20 @@ class CellFile : public testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(CellFile, NamesAShippedRobotAsTheCommandLineDoes) {
+  std::string text = kSmallest;
+  text.replace(text.find("robot.yaml"), 10, "kr210_r2700_2");
+  const CellConfig cell = load(text);
+  EXPECT_EQ(cell.robot.model.name, "KUKA KR 210 R2700-2");
+  EXPECT_FALSE(cell.robot.body.empty());
+  EXPECT_EQ(cell.robot.file.filename(), "kr210_r2700_2.yaml");
+  EXPECT_THAT(
+      error_with("robot.yaml", "kr210_r2700"),
+      HasSubstr("cell.yaml:2:15: robot.file: kr210_r2700: no such file, and no shipped robot of this name"));
+  folder_.write("kr210_r2700_2", kRobot);
+  EXPECT_EQ(load(text).robot.model.name, "r") << "a file comes first";
+}
+
 TEST_F(CellFile, GivesWhatCampaignsGoByAsATextAndTakesItBack) {
   CellConfig cell = load(kSmallest);
   CampaignConfig& campaign = cell.campaign;
