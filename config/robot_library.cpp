@@ -1,7 +1,9 @@
 #include "config/robot_library.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <string>
+#include <string_view>
 
 #include "config/number_text.hpp"
 #include "config/text_file.hpp"
@@ -10,6 +12,25 @@ namespace truepose::config {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Letters and digits alone, as "kr210" of "KR 210".
+std::string compact_name(std::string_view name) {
+  std::string compact;
+  for (const char c : name)
+    if (const auto letter = static_cast<unsigned char>(c); std::isalnum(letter))
+      compact += static_cast<char>(std::tolower(letter));
+  return compact;
+}
+
+/// ", did you mean 'kr210_r2700_2' or ..": the names that have it in them, else the one that is spelt alike.
+std::string meant_by(const std::string& name, const std::vector<std::string>& known) {
+  const std::string part = compact_name(name);
+  std::string meant;
+  for (const std::string& each : known)
+    if (!part.empty() && compact_name(each).contains(part))
+      meant += (meant.empty() ? ", did you mean " : " or ") + in_quotes(each);
+  return meant.empty() ? suggestion(name, known) : meant + "?";
+}
 
 fs::path shipped_folder() {
   std::error_code none;
@@ -42,8 +63,9 @@ fs::path robot_file_of(const fs::path& file_or_name, const fs::path& folder) {
     names.push_back(file.stem());
   }
   if (names.empty()) return given;
+  const std::string meant = meant_by(file_or_name.string(), names);
   throw ConfigError{file_or_name.string() + ": no such file, and no shipped robot of this name" +
-                    suggestion(file_or_name.string(), names) + ". See truepose robot list."};
+                    (meant.empty() ? "." : meant) + " See truepose robot list."};
 }
 
 }  // namespace truepose::config

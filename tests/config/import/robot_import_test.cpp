@@ -409,6 +409,10 @@ TEST(RobotLibrary, IsFoundByNameFromWhereverTheProgramStands) {
   EXPECT_GE(shipped_robot_files().size(), 25u);
   EXPECT_EQ(robot_file_of("kr16_2").filename(), "kr16_2.yaml");
   EXPECT_EQ(robot_file_of("other/arm.yaml"), "other/arm.yaml");
+  EXPECT_THAT(
+      error_of([] { robot_file_of("KR 210"); }, ""),
+      HasSubstr(
+          "did you mean 'kr210_r2700_2' or 'kr210_r2700_extra' or 'kr210_r2700_prime'? See truepose robot list."));
   EXPECT_THAT(error_of([] { robot_file_of("kr16_3"); }, ""),
               StartsWith("kr16_3: no such file, and no shipped robot of this name, did you mean 'kr16_2'?"));
 }
