@@ -23,6 +23,7 @@ constexpr std::array kKinds{
     Kind{DocumentKind::Positioner, "a positioner of `truepose positioner --out`", {"arm", "root", "model"}},
     Kind{DocumentKind::Cell, "a cell file", {"robot", "stream", "control"}},
     Kind{DocumentKind::Scenario, "a scenario of the simulator", {"robot", "robot_base", "rsi"}},
+    Kind{DocumentKind::OpwParameters, "OPW parameters", {"opw_kinematics_geometric_parameters"}},
     Kind{DocumentKind::CalibrationDocument,
          "the JSON document of a calibration",
          {"identify", "parameters", "rank"}},

@@ -13,6 +13,7 @@ enum class DocumentKind {
   Positioner,
   Cell,
   Scenario,
+  OpwParameters,
   CalibrationDocument,
   FrameDocument,
   PlanDocument

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "config/document_kind.hpp"
 #include "config/number_text.hpp"
 #include "config/yaml_reader.hpp"
 #include "core/arm/joint_axes.hpp"
@@ -26,6 +27,7 @@ double opw_angle(const YamlValue& value) {
 
 ImportedArm load_opw(const std::filesystem::path& file) {
   const YamlValue yaml = read_yaml(file);
+  expect_kind(yaml, DocumentKind::OpwParameters);
   yaml.expect_keys({"opw_kinematics_geometric_parameters", "opw_kinematics_joint_offsets",
                     "opw_kinematics_joint_sign_corrections"});
   const YamlValue& lengths = yaml.at("opw_kinematics_geometric_parameters");

@@ -8,6 +8,7 @@
 #include "config/cell_config.hpp"
 #include "config/frame_file.hpp"
 #include "config/model_file.hpp"
+#include "config/opw_file.hpp"
 #include "config/positioner_file.hpp"
 #include "config/robot_file.hpp"
 #include "config/scenario.hpp"
@@ -54,6 +55,7 @@ std::vector<Document> documents() {
       {"a positioner of `truepose positioner --out`", positioner_yaml(positioner())},
       {"a cell file", read_text_file(kShipped / "cell.yaml")},
       {"a scenario of the simulator", read_text_file(kShipped / "scenarios/demo.yaml")},
+      {"OPW parameters", "opw_kinematics_geometric_parameters: {a1: 0.1}\n"},
       {"the JSON document of a calibration", R"({"rank": 27, "identify": {}, "parameters": []})"},
       {"the JSON document of a tool or base", R"({"kind": "tool", "frame": {}, "sigma_mm": 1, "krl": ""})"},
       {"the JSON document of a plan", R"({"poses": [], "predicted": {}, "random": {}, "bound": {}})"},
@@ -73,6 +75,7 @@ std::vector<Reader> readers() {
           {"a positioner of `truepose positioner --out`",
            [](const auto& file) { load_positioner(file, model()); }},
           {"a cell file", load_cell},
+          {"OPW parameters", load_opw},
           {"a scenario of the simulator", load_scenario}};
 }
 
