@@ -130,9 +130,16 @@ std::size_t CsvHeader::column(std::string_view name) const {
 }
 
 void CsvHeader::expect_only(const std::vector<std::string>& known) const {
+  constexpr std::size_t kMostShown = 12;
   for (const std::string& name : names_) {
-    if (std::ranges::find(known, name) == known.end())
-      fail("unknown column " + in_quotes(name) + suggestion(name, known));
+    if (std::ranges::find(known, name) != known.end()) continue;
+    if (const std::string meant = suggestion(name, known); !meant.empty())
+      fail("unknown column " + in_quotes(name) + meant);
+    std::string all;
+    for (std::size_t k = 0; k < std::min(known.size(), kMostShown); ++k)
+      all += (k > 0 ? ", " : "") + known[k];
+    fail("unknown column " + in_quotes(name) + ". Known here: " + all +
+         (known.size() > kMostShown ? ", ..." : ""));
   }
 }
 

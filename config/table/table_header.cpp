@@ -1,6 +1,7 @@
 #include "config/table/table_header.hpp"
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <utility>
 
@@ -11,6 +12,7 @@ namespace truepose::config {
 namespace {
 
 constexpr std::size_t kMostBeforeHeader = 60;  // rows of titles
+constexpr std::array kOfOtherFiles{".yaml", ".yml", ".json", ".xml", ".urdf", ".xacro", ".src", ".html"};
 
 bool is_krl(const std::string& field) { return field.starts_with('{'); }
 
@@ -145,6 +147,8 @@ void refuse_header(const std::vector<CsvRow>& records, const std::string& file, 
     throw ConfigError(file + ": has no header: its first row (line " + std::to_string(records.front().line) +
                       ") is of numbers. Say what its " + std::to_string(records.front().fields.size()) +
                       " columns are: --columns " + choice_of(needed, true) + ", or write a header row");
+  if (std::ranges::any_of(kOfOtherFiles, [&](const char* end) { return file.ends_with(end); }))
+    throw ConfigError(file + ": is no table. Give a CSV file");
   throw ConfigError(file + ": no column is known, found " + list_of(records.front().fields) +
                     ". Say which is which: --columns " + choice_of(needed, false));
 }

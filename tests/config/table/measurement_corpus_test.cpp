@@ -390,6 +390,10 @@ TEST_F(MeasurementCorpus, WhatIsNotReadIsRefusedWithTheSentenceThatHelps) {
     EXPECT_THAT(error(file), HasSubstr("data.csv: "));
     EXPECT_THAT(error(file), HasSubstr(file.refused));
   }
+  const TableReading reading;
+  const auto robot = folder_.write("arm.yaml", "name: r\njoints:\n  - {a: 0, alpha: 0}\n");
+  EXPECT_EQ(error_of([&] { load_measurements(robot, robot_, &reading); }, robot),
+            "arm.yaml: is no table. Give a CSV file");
 }
 
 TEST_F(MeasurementCorpus, AFileInTheOwnFormIsReadWithoutAWord) {

@@ -1,6 +1,7 @@
 #include "tools/truepose/online/id_lookup.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <vector>
 
 #include "proto/rpc/model.hpp"
@@ -73,6 +74,9 @@ bool is_whole(const std::string& word) {
 std::string whole_id(const OnlineOptions& online, const StoreFile& store, const std::string& of,
                      const std::string& word) {
   if (is_whole(word)) return word;
+  if (of != "recording" && std::filesystem::path{word}.has_extension())
+    throw bad_usage(word + ": is a file, and the id of a " + of +
+                    " is expected. Give one, its start, or latest");
   const std::vector<Candidate> all = all_of(online, store, of);
   const std::string see = ". See truepose " + of + " list";
   if (word == "latest") {
