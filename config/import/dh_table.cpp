@@ -9,6 +9,9 @@
 
 #include "config/number_text.hpp"
 #include "config/table/csv_reader.hpp"
+#include "config/table/foreign_table.hpp"
+#include "config/table/table_records.hpp"
+#include "config/table/text_encoding.hpp"
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/math/angles.hpp"
@@ -60,11 +63,36 @@ const Unit* unit_named(std::string_view name) {
   return unit == kUnits.end() ? nullptr : unit;
 }
 
+/// The text of a table with commas and decimal points, whatever it has; the unit of its cells in the name.
+std::string own_text(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  std::vector<CsvRow> rows =
+      table_records(decode_text(read_bytes(file, CsvTable::kMostBytes), name).text, name).rows;
+  std::erase_if(rows, is_comment);
+  if (rows.empty()) return {};
+  ForeignTable table{.file = name, .headers = rows[0].fields, .columns = {}, .rows = {}};
+  for (const std::string& header : table.headers) table.columns.push_back({header, {}});
+  table.rows.assign(rows.begin() + 1, rows.end());
+  const auto is_full = [&](const CsvRow& row) { return row.fields.size() == table.headers.size(); };
+  if (std::ranges::all_of(table.rows, is_full)) normalise_numbers(table);
+  for (std::size_t k = 0; k < table.headers.size(); ++k)
+    if (const std::string& unit = table.columns[k].unit; !unit.empty()) table.headers[k] += " (" + unit + ")";
+  table.rows.insert(table.rows.begin(), {table.headers, rows[0].line});
+  std::string text;
+  int line = 1;
+  for (const CsvRow& row : table.rows) {
+    for (; line < row.line; ++line) text += '\n';
+    for (const std::string& field : row.fields)
+      text += (&field == &row.fields.front() ? "" : ",") + csv_field(field);
+  }
+  return text + '\n';
+}
+
 /// A table with its columns recognised.
 class DhRows {
  public:
   DhRows(const std::filesystem::path& file, const std::optional<DhUnits>& units)
-      : text_{read_text_file(file)}, table_{CsvTable::parse(text_, file.string())} {
+      : text_{own_text(file)}, table_{CsvTable::parse(text_, file.string())} {
     CsvScanner scanner{text_, file_name_ = file.string()};
     const std::vector<std::string> headers = scanner.next().value().fields;
     for (std::size_t i = 0; i < headers.size(); ++i) recognise(headers[i], i, units);

@@ -20,11 +20,12 @@ struct DhUnits {
 /// "mm,deg" or "m,rad"; nothing where it is none of these. A length may be mm, cm or m.
 std::optional<DhUnits> dh_units(std::string_view text);
 
-/// Reads a DH table (CSV), one row a joint: a (or r), alpha, d, theta (or offset), and where they are given
-/// beta (modified alone), sign, min, max, speed, acceleration, type (revolute or prismatic). A unit stands in
-/// a column's name, "a (mm)", "alpha [deg]", "d_m", or is given. Limits and speeds of a revolute joint have
-/// the angles' unit. Rows "flange" at the end of a modified table lead from the last joint to the flange.
-/// Throws ConfigError: a unit is not said; a column is missing or unknown.
+/// Reads a DH table (CSV; other separators and decimal commas as in a measurement file), one row a joint: a
+/// (or r), alpha, d, theta (or offset), and where they are given beta (modified alone), sign, min, max,
+/// speed, acceleration, type (revolute or prismatic). A unit stands in a column's name, "a (mm)", "alpha
+/// [deg]", "d_m", or is given. Limits and speeds of a revolute joint have the angles' unit. Rows "flange" at
+/// the end of a modified table lead from the last joint to the flange. Throws ConfigError: a unit is not
+/// said; a column is missing or unknown.
 ImportedArm load_dh_table(const std::filesystem::path& file, DhConvention convention,
                           const std::optional<DhUnits>& units);
 

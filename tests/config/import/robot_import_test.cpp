@@ -322,6 +322,27 @@ TEST_F(DhTable, SaysItsUnitsInTheColumnsNames) {
   EXPECT_DOUBLE_EQ(joint.max * kDegPerRad, 90);
 }
 
+TEST_F(DhTable, IsReadAsAMeasurementFileIsWithOtherSeparatorsAndDecimalCommas) {
+  const std::string header = "a (mm),alpha (deg),d (mm),theta (deg),min (deg),max (deg)\n";
+  const RobotModel plain =
+      load(header + "330.25,-90,0.5,0,-140,-5\n115,90,1220.125,30.5,-90,90\n", DhConvention::Modified);
+  const auto expect_same = [&](std::string text, char separator) {
+    std::ranges::replace(text, ',', separator);
+    std::ranges::replace(text, '.', ',');
+    EXPECT_EQ(largest_difference(load(text, DhConvention::Modified), plain), 0) << text;
+  };
+  for (const char separator : {';', '\t'})
+    expect_same(
+        "# from the data sheet\n" + header + "330.25,-90,0.5,0,-140,-5\n115,90,1220.125,30.5,-90,90\n",
+        separator);
+  expect_same(
+      "a,alpha,d,theta,min (deg),max (deg)\n"
+      "330.25 mm,-90 deg,0.5 mm,0 deg,-140,-5\n115 mm,90 deg,1220.125 mm,30.5 deg,-90,90\n",
+      ';');
+  EXPECT_THAT(error("a (mm);alpha (deg);d (mm);theta (deg)\n1,5;90;0;0\n1;90;0\n"),
+              HasSubstr("table.csv: row 2 (line 3)"));
+}
+
 TEST_F(DhTable, IsRefusedWhereUnitsOrColumnsAreInDoubt) {
   EXPECT_THAT(error("a,alpha,d,theta\n1,2,3,4\n"), HasSubstr("column 'a': no unit is said"));
   EXPECT_THAT(error("a (mm),alpha (deg),d (mm)\n1,2,3\n"), HasSubstr("missing column 'theta'"));
