@@ -80,8 +80,7 @@ std::string with(std::string text, const std::string& from, const std::string& t
   return text.replace(at, from.size(), to);
 }
 
-TEST(MachineData, OfTheShippedKr210AreItsRobotFile) {
-  const RobotModel robot = robot_of_machine_data(machine_data(), "$machine.dat");
+void expect_shipped_kr210(const RobotModel& robot) {
   const RobotModel shipped = load_robot("kr210_r2700_2");
   EXPECT_EQ(robot.name, "KUKA KR210R2700_2 C4 FLR");
   ASSERT_EQ(robot.joint_count(), 6);
@@ -97,6 +96,14 @@ TEST(MachineData, OfTheShippedKr210AreItsRobotFile) {
     EXPECT_NEAR(a.speed, b.speed, 0.1 * kRadPerDeg) << i;
   }
   EXPECT_TRUE(robot.X_flange.isApprox(shipped.X_flange));
+}
+
+TEST(MachineData, OfTheShippedKr210AreItsRobotFile) {
+  expect_shipped_kr210(robot_of_machine_data(machine_data(), "$machine.dat"));
+}
+
+TEST(MachineData, OfTheQuickstartsArchiveAreTheShippedKr210) {
+  expect_shipped_kr210(load_machine_data(std::string{TRUEPOSE_SOURCE_DIR} + "/config/quickstart/archive"));
 }
 
 TEST(MachineData, AreFoundInAnArchiveThatHoldsThem) {
