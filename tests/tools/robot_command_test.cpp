@@ -156,6 +156,26 @@ TEST_F(RobotCommands, ImportAsksWhereASourceLeavesAChoice) {
   EXPECT_FALSE(std::filesystem::exists(path("arm.yaml")));
 }
 
+TEST_F(RobotCommands, ImportOfAFanucWithoutItsCouplingWarns) {
+  const std::string arm = folder_.write(
+      "arm.urdf",
+      "<robot name='fanuc_test'><link name='base'/><link name='a'/><link name='b'/><link name='tool0'/>"
+      "<joint name='j1' type='revolute'><parent link='base'/><child link='a'/><axis xyz='0 0 1'/>"
+      "<limit lower='-1' upper='1' velocity='1'/></joint>"
+      "<joint name='j2' type='revolute'><origin xyz='0.1 0 0.4'/><parent link='a'/><child link='b'/><axis xyz='0 1 0'/>"
+      "<limit lower='-1' upper='1' velocity='1'/></joint>"
+      "<joint name='j3' type='revolute'><origin xyz='0 0 0.5'/><parent link='b'/><child link='tool0'/><axis xyz='0 -1 0'/>"
+      "<limit lower='-1' upper='1' velocity='1'/></joint></robot>");
+  const char* const warning =
+      "FANUC: joint 3 of the controller moves with joint 2, and here it does not: give --coupling 3,2,1";
+  const std::vector<std::string> import{"robot", "import", arm, "--out", path("arm.yaml")};
+  EXPECT_THAT(run_program("truepose", import).out, HasSubstr(warning));
+  EXPECT_THAT(text_of(path("arm.yaml")), HasSubstr(warning));
+  std::vector<std::string> coupled = import;
+  coupled.insert(coupled.end(), {"--coupling", "3,2,1"});
+  EXPECT_THAT(run_program("truepose", coupled).out, testing::Not(HasSubstr("FANUC:")));
+}
+
 TEST_F(RobotCommands, ListShowAndNewSayWhichRobotsThereAre) {
   const Finished list = run_program("truepose", {"robot", "list"});
   EXPECT_EQ(list.exit_code, 0);

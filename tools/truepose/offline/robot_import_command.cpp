@@ -78,6 +78,15 @@ void couple(const std::vector<double>& numbers, RobotModel& robot) {
   robot.coupling.push_back(coupling);
 }
 
+/// FANUC's controllers count joint 3 from the horizon, which descriptions of the links do not say.
+void warn_of_coupling(const RobotImport& command, config::ImportedArm& arm) {
+  std::string named = arm.robot.name + command.source.string();
+  std::ranges::transform(named, named.begin(), [](unsigned char c) { return std::tolower(c); });
+  if (!command.coupling.empty() || !named.contains("fanuc")) return;
+  arm.notes.push_back(
+      "FANUC: joint 3 of the controller moves with joint 2, and here it does not: give --coupling 3,2,1");
+}
+
 /// Three positions to compare with the pendant: near zero, and every joint away from it to either side.
 std::vector<JointVector> positions_to_compare(const RobotModel& robot) {
   std::vector<JointVector> positions;
@@ -118,6 +127,7 @@ int run_import(const RobotImport& command) {
   config::ImportedArm arm = imported(command);
   if (!command.name.empty()) arm.robot.name = command.name;
   couple(command.coupling, arm.robot);
+  warn_of_coupling(command, arm);
   std::vector<std::string> comment{arm.robot.name + ", imported from " + command.source.filename().string()};
   for (const std::string& note : arm.notes) comment.push_back("  " + note);
   comment.push_back("Modified DH with Hayati's beta; mm, deg, deg/s: see docs/robot-files.md.");
