@@ -95,6 +95,9 @@ TEST_F(ProgramCommand, BadInputIsOneLineThatSaysWhereAndWhatToDo) {
       compensate_text("DEF P()\n", {"--config-dat", folder_.write("c.dat", "TOOL_DATA[1]={X 1E400}\n"),
                                     "--out", out("src")}),
       (folder_.path() / "c.dat").string() + ":1:17: a number out of range; give one that KRL can hold");
+  const std::string robot = folder_.write("arm.yaml", text_of(kRobot));
+  expect_refused(compensate(robot, {"--out", out("src")}),
+                 robot + ": has no DEF, so it is no KRL program. Give the program's .src");
   expect_refused(compensate((folder_.path() / "none.src").string(), {}),
                  (folder_.path() / "none.src").string() + ": cannot be opened: No such file or directory");
 }

@@ -5,6 +5,7 @@
 
 #include "config/text_file.hpp"
 #include "proto/control/json_text.hpp"
+#include "proto/krl/program_statement.hpp"
 #include "proto/record/json_io.hpp"
 #include "tools/truepose/krl/program_report.hpp"
 #include "tools/truepose/offline/compensate.hpp"
@@ -50,6 +51,16 @@ ProgramFiles files_of(const CompensateOptions& options) {
     add(options.config_dat, {.role = Role::Config, .module = "$CONFIG", .is_changeable = false}, "");
   for (std::size_t i = 0; i < texts.size(); ++i) texts[i].text = files.bytes[i];
   return files;
+}
+
+/// Refuses a file that is something else, as a robot file: there would be nothing to correct in it.
+void expect_krl(const ProgramFiles& files) {
+  const auto statements = krl::read_statements(files.text.files.front().text);
+  bool has_routine = !statements;  // what cannot be read is refused with its place
+  if (statements)
+    statements->steps.each([&](const krl::ProgramStatement& each) { has_routine |= each.is_head; });
+  if (!has_routine)
+    throw ConfigError(files.names.front() + ": has no DEF, so it is no KRL program. Give the program's .src");
 }
 
 void write(const CompensateOptions& options, const ProgramFiles& files, const ProgramCompensation& done) {
@@ -107,6 +118,7 @@ int run_compensate_program(const CompensateOptions& options, const RobotModel& n
   if (!inverse) throw ConfigError(options.arm.robot.string() + ": " + inverse.error());
 
   const ProgramFiles files = files_of(options);
+  expect_krl(files);
   const ProgramPlaces places(files.text, files.names);
   const auto refuse = [&](const krl::ProgramFault& fault) -> ConfigError {
     return ConfigError(places.line_and_column(fault.spot) + ": " + fault.what);
