@@ -142,6 +142,8 @@ StoreResult<void> Database::in_place() const {
 
 StoreResult<std::unique_ptr<Database>> Database::open_to_read(const std::string& file) {
   std::error_code none;
+  if (std::filesystem::status(file, none).type() == std::filesystem::file_type::not_found)
+    return std::unexpected(StoreError{file + ": there is no such file"});
   if (std::filesystem::exists(file + "-wal", none)) return open(file, SQLITE_OPEN_READONLY);
   // No process has it open. SQLite would make a log to read it by, and could not where it may not write.
   std::string uri = "file:";
