@@ -13,7 +13,9 @@ namespace truepose::daemon {
 namespace {
 
 bool too_open(const struct stat& file) {
-  const bool for_our_group = file.st_gid == ::getegid();
+  // Root gives its own file to the group of the service, as the package does with the token.
+  const bool of_root = file.st_uid == 0 && ::geteuid() == 0;
+  const bool for_our_group = of_root || file.st_gid == ::getegid();
   const mode_t forbidden = for_our_group ? (S_IWGRP | S_IXGRP | S_IRWXO) : (S_IRWXG | S_IRWXO);
   return (file.st_mode & forbidden) != 0;
 }

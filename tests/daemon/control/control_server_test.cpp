@@ -1,10 +1,12 @@
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <random>
 
 #include "daemon/control/acceptor.hpp"
 #include "daemon/control/connection.hpp"
 #include "daemon/control/failed_logins.hpp"
+#include "daemon/control/private_file.hpp"
 #include "proto/control/line_splitter.hpp"
 #include "proto/control/session_proof.hpp"
 #include "proto/rpc/methods.hpp"
@@ -447,6 +449,19 @@ TEST_F(ControlServerTest, ServesItsSchemaWhichKnowsItsMethods) {
   EXPECT_EQ(one.result->at("name").as_string(), "session.ping");
   EXPECT_FALSE(one.result->at("examples").as_array().empty());
   EXPECT_EQ(client.code("rpc.discover", {{"method", "no.such"}}), -32004);
+}
+
+TEST_F(ControlServerTest, ReadsAsRootATokenThatRootGaveToTheServicesGroup) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root may give a file to another group";
+  constexpr gid_t kGroup = 65534;
+  fs::permissions(token_file(), fs::perms{0640});
+  ASSERT_EQ(::chown(token_file().c_str(), 0, kGroup), 0);
+  EXPECT_TRUE(read_private_file(token_file(), 1024)) << "as the package installs it";
+  ASSERT_EQ(::chown(token_file().c_str(), kGroup, kGroup), 0);
+  EXPECT_FALSE(read_private_file(token_file(), 1024)) << "of another owner";
+  ASSERT_EQ(::chown(token_file().c_str(), 0, kGroup), 0);
+  fs::permissions(token_file(), fs::perms{0660});
+  EXPECT_FALSE(read_private_file(token_file(), 1024)) << "the group may write";
 }
 
 TEST_F(ControlServerTest, StartsOnlyWithAPrivateToken) {
