@@ -215,6 +215,13 @@ TEST_F(OnlineTest, StartSendsTheTargetsOfAFile) {
   EXPECT_THAT(branched.err, HasSubstr("targets.csv: columns s and t: here the branch is the one nearest"));
 }
 
+TEST_F(OnlineTest, EventsThatDoNotComeEndTheCommandAfterItsTimeout) {
+  const Outcome none = run({"events", "--count", "1", "--timeout", "0.1"});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_EQ(none.err, "truepose: events: none within 0.1 s\n");
+  EXPECT_EQ(none.out, "");
+}
+
 TEST_F(OnlineTest, EventsAreOneLineEach) {
   events_.publish(control::Topic::Log, json::object{{"level", "info"}, {"text", "hello"}});
   events_.publish(control::Topic::Cell,

@@ -84,8 +84,9 @@ int print_events(const OnlineArguments& given, const json::object& params) {
   for (const auto& gap : subscribed.record.missing)
     print_to_stderr("truepose: events " + shown(gap.first) + " to " + shown(gap.last) +
                     " may be missing: " + shown(gap.reason));
+  const auto patience = given.timeout_s.transform([](double s) { return std::chrono::duration<double>{s}; });
   for (std::uint64_t seen = 0; !given.count || seen < *given.count; ++seen) {
-    const control::Event event = value_or_throw(client.next_event());
+    const control::Event event = value_or_throw(client.next_event(patience));
     const PrintedEvent printed{event.seq, event.time, event.topic, event.data};
     print(given.online, record::to_json(printed), event_line(event) + "\n");
   }
@@ -213,7 +214,8 @@ std::vector<OnlineRow> other_rows(OnlineArguments& a) {
       {"events", "events.subscribe", "Print what happens",
        {{"--topics", &a.topics, "Any of cell, campaign, measurement, stream, model, fault, log, control", {.key = "topics"}},
         {"--after", &a.after, "Number of the last event seen: what followed comes first", {.key = "after"}},
-        {"--count", &a.count, "End after so many"}},
+        {"--count", &a.count, "End after so many"},
+        {"--timeout", &a.timeout_s, "End with 1 where none comes within so many seconds", {.check = in_range(0.1, 86'400.0), .type = "S"}}},
        print_events,
        {{"events --topics campaign,fault"}}},
       {"call", "", "Call any method of the daemon",

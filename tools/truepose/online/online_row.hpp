@@ -43,6 +43,7 @@ struct OnlineArguments {
   std::vector<std::string> topics;
   std::optional<std::int64_t> after;
   std::optional<std::uint64_t> count;
+  std::optional<double> timeout_s;  ///< of an event; none: it may take any time
   std::string method, params;
   std::optional<int> lease_s, limit;
   ReportOptions report;

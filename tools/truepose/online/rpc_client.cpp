@@ -1,10 +1,12 @@
 #include "tools/truepose/online/rpc_client.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <utility>
 
 #include "config/text_file.hpp"
+#include "core/formatted.hpp"
 #include "proto/control/access.hpp"
 #include "proto/control/session_proof.hpp"
 #include "tools/truepose/online/online_commands.hpp"
@@ -140,10 +142,15 @@ std::expected<json::value, CommandError> RpcClient::call(std::string_view method
   }
 }
 
-std::expected<control::Event, CommandError> RpcClient::next_event() {
+std::expected<control::Event, CommandError> RpcClient::next_event(
+    std::optional<std::chrono::duration<double>> patience) {
+  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(patience.value_or(kPing));
   for (bool asked = false; events_.empty();) {
-    const auto deadline = Clock::now() + kPing;
+    const auto next_ping = Clock::now() + kPing;
+    const auto deadline = patience ? std::min(end, next_ping) : next_ping;
     auto message = receive(deadline);
+    if (!message && patience && Clock::now() >= end)
+      return std::unexpected(CommandError{kFailed, formatted("events: none within %g s", patience->count())});
     if (!message && (asked || Clock::now() < deadline)) return std::unexpected(message.error());
     if (!message) {
       const auto sent = send(control::encode_request(++last_id_, rpc::SessionPing::method().name, {}));

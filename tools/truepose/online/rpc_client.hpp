@@ -5,6 +5,7 @@
 #include <deque>
 #include <expected>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -62,8 +63,9 @@ class RpcClient {
     if (!answer) return std::unexpected(std::move(answer.error()));
     return received<typename R::Result>(*std::move(answer), R::method().name);
   }
-  /// The next event, however long it takes.
-  std::expected<control::Event, CommandError> next_event();
+  /// The next event, however long it takes, or kFailed where none comes within the patience.
+  std::expected<control::Event, CommandError> next_event(
+      std::optional<std::chrono::duration<double>> patience = {});
 
  private:
   using Message = control::ServerMessage;
