@@ -176,7 +176,8 @@ RobotModel load_machine_data(const std::filesystem::path& source) {
   std::vector<ArchiveFile> files = read_kuka_archive(source);
   std::erase_if(files, [](const ArchiveFile& file) {
     const std::string path = in_capitals(file.path);
-    return path != "$MACHINE.DAT" && !path.ends_with("MADA/$MACHINE.DAT");
+    // STEU has a file of that name too: of the controller, without an arm.
+    return (path != "$MACHINE.DAT" && !path.ends_with("MADA/$MACHINE.DAT")) || path.contains("STEU/");
   });
   if (files.empty())
     throw ConfigError{source.string() +

@@ -114,6 +114,11 @@ TEST(MachineData, AreFoundInAnArchiveThatHoldsThem) {
   EXPECT_EQ(load_machine_data(folder.path() / "KRC/R1/Mada/$machine.dat").joint_count(), 6);
 }
 
+TEST(MachineData, OfAWholeArchiveAreThoseOfTheArmAndNotOfItsController) {
+  const RobotModel arm = load_machine_data(TRUEPOSE_SOURCE_DIR "/tests/proto/krl_corpus/kss87");
+  EXPECT_LT(largest_difference(arm, load_robot("kr210_r2700_2")), 1e-9);
+}
+
 TEST(MachineData, OfAnotherKindOfArmAreRefusedByTheNameOfTheNumber) {
   const auto error = [](const std::string& from, const std::string& to) {
     return error_of([&] { robot_of_machine_data(with(machine_data(), from, to), "$machine.dat"); }, "");
