@@ -7,8 +7,8 @@
 
 #include "config/cell_config.hpp"
 #include "config/frame_file.hpp"
+#include "config/import/opw_file.hpp"
 #include "config/model_file.hpp"
-#include "config/opw_file.hpp"
 #include "config/positioner_file.hpp"
 #include "config/robot_file.hpp"
 #include "config/scenario.hpp"

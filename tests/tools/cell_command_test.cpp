@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/json/parse.hpp>
@@ -134,6 +135,20 @@ TEST_F(CellNew, WritesWhatDaemonAndControllerNeedAndSaysWhatTheCheckSays) {
   struct stat token {};
   ASSERT_EQ(::stat((out_ / "press/token").c_str(), &token), 0);
   EXPECT_EQ(token.st_mode & 0007, 0U) << "others can read the token";
+}
+
+TEST_F(CellNew, TakesTheArmFromAnArchiveOfItsController) {
+  std::vector<std::string> words = options("press");
+  const auto robot = std::ranges::find(words, "kr210_r2700_2");
+  *robot = TRUEPOSE_SOURCE_DIR "/tests/proto/krl_corpus/kss87";
+  const Finished done = run_program("truepose", words);
+  EXPECT_THAT(done.out, AllOf(HasSubstr("press/robot.yaml: robot, from the archive"),
+                              HasSubstr("ok       robot: "), HasSubstr("ok       tracker: ")))
+      << done.err;
+  const RobotModel arm = config::load_cell(out_ / "press.yaml").robot.model;
+  EXPECT_EQ(arm.name, "KUKA KR210R2700_2 C4 FLR");
+  EXPECT_EQ(arm.joints.at(1).a_mm, 330);
+  EXPECT_THAT(text_of(out_ / "press/robot.yaml"), HasSubstr("imported from kss87"));
 }
 
 TEST_F(CellNew, KeepsTheFilesOfACellThatIsThere) {

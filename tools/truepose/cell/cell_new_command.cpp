@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "config/cell_config.hpp"
+#include "config/import/machine_data.hpp"
 #include "config/number_text.hpp"
 #include "config/robot_file.hpp"
 #include "config/text_file.hpp"
@@ -22,6 +23,7 @@
 #include "tools/truepose/cell/child_process.hpp"
 #include "tools/truepose/cell/questions.hpp"
 #include "tools/truepose/offline/controller_set.hpp"
+#include "tools/truepose/offline/imported_robot.hpp"
 
 namespace truepose::tools {
 namespace {
@@ -54,16 +56,23 @@ std::string why_no_name(const std::string& name) {
   return fits ? "" : "expected letters, digits, _ and -, found " + config::in_quotes(name);
 }
 
-/// A file, or the name of one of the installed robots.
-fs::path robot_file(const CellNew& cell) {
+/// One of the installed robots, a robot file, or the controller's machine data.
+fs::path robot_source(const CellNew& cell) {
   const fs::path installed = cell.data / "robots" / (cell.robot + ".yaml");
   return fs::absolute(fs::exists(installed) ? installed : fs::path{cell.robot}).lexically_normal();
 }
 
+/// As the cell file names it: an arm from an archive has its file among those of the cell.
+fs::path robot_file(const CellNew& cell) {
+  const fs::path source = robot_source(cell);
+  return has_machine_data(source) ? fs::path{cell.name} / "robot.yaml" : source;
+}
+
 std::string why_no_robot(CellNew cell, const std::string& robot) {
   cell.robot = robot;
+  const fs::path source = robot_source(cell);
   try {
-    config::load_robot(robot_file(cell));
+    has_machine_data(source) ? config::load_machine_data(source) : config::load_robot(source);
   } catch (const config::ConfigError& error) {
     return error.what();
   }
@@ -101,7 +110,7 @@ void ask_all(CellNew& c) {
   };
   const auto says = [](std::string text) { return [text] { return text; }; };
   ask({{&c.name, "Name of the cell", says("cell1"), why_no_name},
-       {&c.robot, "Robot: file, or name of an installed one", says("kr210_r2700_2"),
+       {&c.robot, "Robot: file, KUKA archive, or name of an installed one", says("kr210_r2700_2"),
         [&](const std::string& robot) { return why_no_robot(c, robot); }},
        {&c.controller, "Controller, network of EKI (KLI): HOST or HOST:PORT", says("172.31.1.147"),
         with_port(kLinkPort)},
@@ -193,6 +202,8 @@ class StagedCell {
 
   void fill() {
     write(cell_.name + "/token", random_hex(16, kernel_random) + "\n");
+    if (const fs::path source = robot_source(cell_); has_machine_data(source))
+      write(robot_file(cell_), imported_robot_text({config::load_machine_data(source), {}}, source));
     const std::string ethernet_xml =
         cell_.name + (is_iiqka(cell_.kss) ? "/kuka/RobotSensorInterface/" : "/kuka/SensorInterface/") +
         "truepose_rsi_ethernet.xml";
@@ -253,6 +264,9 @@ int run_new(CellNew& cell) {
   staged.fill();
   staged.take_place();
   ::umask(usual);
+  if (has_machine_data(robot_source(cell)))
+    std::printf("%s: robot, from the archive. Compare it with the pendant: truepose robot check\n",
+                (cell.folder / robot_file(cell)).c_str());
   std::printf(
       "%s: cell file. Enter tracker.robot_base, reflector and surroundings.\n%s: token of the control port\n"
       "%s: what the controller loads; where each file goes: truepose kuka write --help, docs/kuka.md\n\n",
@@ -276,7 +290,7 @@ Command cell_new_command() {
       .help =
           "Writes cell file, token and the controller's files of a cell, and checks them with its devices",
       .options = {option("--name", c.name, "Name of the cell", "NAME"),
-                  option("--robot", c.robot, "Robot file, or name of an installed one", "FILE"),
+                  option("--robot", c.robot, "Robot file, KUKA archive, or name of an installed one", "FILE"),
                   option("--controller", c.controller,
                          "Controller in the network of EKI; CellState has the next port", "HOST[:PORT]"),
                   option("--rsi-peer", c.rsi_peer, "Controller in the network of RSI", "HOST"),

@@ -9,12 +9,12 @@
 #include "config/import/opw_file.hpp"
 #include "config/import/urdf_file.hpp"
 #include "config/number_text.hpp"
-#include "config/robot_text.hpp"
 #include "config/text_file.hpp"
 #include "core/arm/forward.hpp"
 #include "core/arm/joint_units.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
+#include "tools/truepose/offline/imported_robot.hpp"
 #include "tools/truepose/offline/offline_commands.hpp"
 
 namespace truepose::tools {
@@ -60,8 +60,7 @@ config::ImportedArm imported(const RobotImport& command) {
     return config::load_urdf(command.source, urdf_options(command));
   if (name.ends_with(".csv")) return from_table(command);
   if (name.ends_with(".yaml") || name.ends_with(".yml")) return config::load_opw(command.source);
-  if (std::filesystem::is_directory(command.source) || name.ends_with(".zip") || name.ends_with(".dat"))
-    return {config::load_machine_data(command.source), {}};
+  if (has_machine_data(command.source)) return {config::load_machine_data(command.source), {}};
   throw CommandError{kBadInput,
                      command.source.string() +
                          ": not a kind of file that can be imported. Give a KUKA archive (folder or .zip) or "
@@ -128,10 +127,7 @@ int run_import(const RobotImport& command) {
   if (!command.name.empty()) arm.robot.name = command.name;
   couple(command.coupling, arm.robot);
   warn_of_coupling(command, arm);
-  std::vector<std::string> comment{arm.robot.name + ", imported from " + command.source.filename().string()};
-  for (const std::string& note : arm.notes) comment.push_back("  " + note);
-  comment.push_back("Modified DH with Hayati's beta; mm, deg, deg/s: see docs/robot-files.md.");
-  config::write_text_file(command.out, config::robot_text(arm.robot, comment));
+  config::write_text_file(command.out, imported_robot_text(arm, command.source));
   for (const std::string& note : arm.notes) std::printf("%s\n", note.c_str());
   std::printf("%s: %s, %d joints, written\n", command.out.c_str(), arm.robot.name.c_str(),
               arm.robot.joint_count());
