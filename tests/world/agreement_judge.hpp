@@ -48,6 +48,7 @@ class AgreementJudge {
   std::string model_;   // that is active, by the events
   bool knows_model_ = false;
   std::set<std::string> faults_;  // that stand
+  bool knows_faults_ = true;      // by its status, since the daemon began
 };
 
 }  // namespace truepose::world

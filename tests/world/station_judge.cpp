@@ -37,13 +37,9 @@ std::optional<Eigen::Vector3d> base_moved_mm(const json::object& drift) {
 }  // namespace
 
 void StationJudge::look() {
+  measures_ = measures_ && cell_.pc.runs();
   if (measures_ && cell_.tracker_moved_mm != last_moved_mm_) is_clear_ = false;
   last_moved_mm_ = cell_.tracker_moved_mm;
-}
-
-void StationJudge::restarted() {
-  look();
-  measures_ = false;
 }
 
 void StationJudge::take_progress(const json::object& progress) {

@@ -24,8 +24,6 @@ class StationJudge {
   void take_change(const boost::json::object& change);
   /// Now and then: whether the tracker moves while a campaign measures.
   void look();
-  /// The daemon has, and with it every campaign is interrupted.
-  void restarted();
   bool is_measuring() const { return measures_; }
 
   /// Before a drift check: which model it judges.
