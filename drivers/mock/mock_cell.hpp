@@ -17,16 +17,7 @@ namespace truepose::drivers {
 
 /// Probability of each fault per call that it can befall.
 struct MockFaults {
-  double robot_lost = 0;     ///< the connection ends in the middle of a move
-  double robot_restart = 0;  ///< likewise, and the controller is not there for a while
-  double robot_refused = 0;
-  double robot_aborted = 0;    ///< the arm stops on its way
-  double robot_silent = 0;     ///< no answer until the deadline
-  double robot_not_ready = 0;  ///< the drives are off for a while
-  double tracker_lost = 0;
-  double tracker_restart = 0;
   double tracker_busy = 0;
-  double tracker_silent = 0;
   double no_target = 0;
   double beam_broken = 0;
   double scattering = 0;       ///< readings that are 3 mm apart, as the tracker itself says
@@ -96,9 +87,6 @@ class MockCell {
 
   bool happens(double probability) { return random_.uniform() < probability; }
   double uniform(double min, double max) { return random_.uniform(min, max); }
-
-  /// A fault for which a device is gone or stopped until a moment.
-  Duration outage() { return std::chrono::milliseconds{static_cast<int>(uniform(5e3, 60e3))}; }
 
  private:
   MockCellOptions options_;

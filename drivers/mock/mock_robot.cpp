@@ -10,6 +10,12 @@ namespace truepose::drivers {
 namespace asio = boost::asio;
 using namespace std::chrono_literals;
 
+namespace {
+
+constexpr const char* kNotReady = "emergency stop";
+
+}  // namespace
+
 asio::awaitable<std::expected<RobotIdentity, RobotError>> MockRobot::connect(TimePoint deadline) {
   Clock& clock = cell_.clock();
   connected_ = false;
@@ -34,13 +40,12 @@ asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::look(TimePoint
   if (clock.now() < gone_until_)
     co_return std::unexpected(RobotError{RobotFault::Unreachable, "the controller does not answer"});
   co_await clock.sleep_until(std::min(deadline, clock.now() + 12ms));
-  if (cell_.happens(cell_.options().faults.robot_not_ready)) drives_off_until_ = clock.now() + cell_.outage();
   RobotState state;
   state.q = cell_.q();
   state.X_BF_reported = forward_kinematics(cell_.options().nominal, state.q + reported_turn_);
-  state.ready = may_move();
+  state.ready = !emergency_stop_;
   state.moving = cell_.moving();
-  if (!state.ready) state.why_not_ready = why_not_ready();
+  if (!state.ready) state.why_not_ready = kNotReady;
   state.mode = "AUT";
   state.program = "active";
   state.emergency_stop = emergency_stop_;
@@ -53,10 +58,9 @@ asio::awaitable<std::expected<RobotState, RobotError>> MockRobot::look(TimePoint
 asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveCommand command,
                                                                         TimePoint deadline) {
   Clock& clock = cell_.clock();
-  const MockFaults& faults = cell_.options().faults;
   stop_ = false;
   if (!connected_) co_return std::unexpected(RobotError{RobotFault::Disconnected, "not connected"});
-  if (!may_move()) co_return std::unexpected(RobotError{RobotFault::NotReady, why_not_ready()});
+  if (emergency_stop_) co_return std::unexpected(RobotError{RobotFault::NotReady, kNotReady});
   for (int i = 0; i < command.q.size(); ++i) {
     const Joint& joint = cell_.options().nominal.joints[static_cast<std::size_t>(i)];
     if (command.q[i] < joint.min || command.q[i] > joint.max) {
@@ -64,41 +68,24 @@ asio::awaitable<std::expected<JointVector, RobotError>> MockRobot::move(MoveComm
           RobotError{RobotFault::Refused, "axis " + std::to_string(i + 1) + " beyond its limit"});
     }
   }
-  if (cell_.happens(faults.robot_refused)) {
-    co_return std::unexpected(RobotError{RobotFault::Refused, "the controller refused the target"});
-  }
-
   cell_.start_motion(command.q, command.speed_percent);
-  const TimePoint begun = clock.now();
   TimePoint end = cell_.motion_ends() + command.settle;
-  const bool silent = cell_.happens(faults.robot_silent);
-  const bool lost = cell_.happens(faults.robot_lost);
-  const bool restart = cell_.happens(faults.robot_restart);
-  const bool aborted = cell_.happens(faults.robot_aborted);
-  const TimePoint fails = begun + (end - begun) / 2;
   bool braked = false;
-  while (clock.now() < deadline && (silent || braked || clock.now() < end)) {
+  while (clock.now() < deadline && (braked || clock.now() < end)) {
     const TimePoint next = std::min<TimePoint>(deadline, clock.now() + 250ms);
-    co_await clock.sleep_until(silent || braked ? next : std::min(end, next));
+    co_await clock.sleep_until(braked ? next : std::min(end, next));
     if (const bool was = std::exchange(braked, emergency_stop_); was && !braked) {
       cell_.start_motion(command.q, command.speed_percent);
       end = cell_.motion_ends() + command.settle;
     }
-    if (stop_ || (aborted && clock.now() >= fails)) {
+    if (stop_) {
       cell_.stop_motion();
       co_return std::unexpected(RobotError{RobotFault::Aborted, "the arm was stopped on its way"});
     }
     if (!connected_)
       co_return std::unexpected(RobotError{RobotFault::Disconnected, "disconnected during a move"});
-    if (restart && clock.now() >= fails) {
-      cell_.stop_motion();
-      gone_until_ = clock.now() + cell_.outage();
-      co_return std::unexpected(lose("the controller restarted"));
-    }
-    if (lost && clock.now() >= fails)
-      co_return std::unexpected(lose("the connection to the controller was lost"));
   }
-  if (silent || braked || clock.now() < end) {
+  if (braked || clock.now() < end) {
     connected_ = false;
     co_return std::unexpected(
         RobotError{RobotFault::Timeout, "the controller did not report the end of the move"});
@@ -125,11 +112,6 @@ asio::awaitable<std::expected<void, RobotError>> MockRobot::stop(TimePoint deadl
 void MockRobot::press_emergency_stop(bool pressed) {
   emergency_stop_ = pressed;
   if (pressed) cell_.stop_motion();
-}
-
-RobotError MockRobot::lose(const char* detail) {
-  connected_ = false;
-  return {RobotFault::Disconnected, detail};
 }
 
 }  // namespace truepose::drivers

@@ -30,10 +30,6 @@ class MockRobot final : public Robot {
   void set_serial(std::optional<std::string> serial) { serial_ = std::move(serial); }
 
  private:
-  bool may_move() const { return !emergency_stop_ && cell_.clock().now() >= drives_off_until_; }
-  const char* why_not_ready() const { return emergency_stop_ ? "emergency stop" : "drives off"; }
-  RobotError lose(const char* detail);
-
   MockCell& cell_;
   JointVector reported_turn_ = JointVector::Zero(cell_.options().nominal.joint_count());
   bool connected_ = false;
@@ -41,7 +37,6 @@ class MockRobot final : public Robot {
   bool emergency_stop_ = false;
   std::optional<std::string> serial_;
   TimePoint gone_until_{};
-  TimePoint drives_off_until_{};
 };
 
 }  // namespace truepose::drivers

@@ -111,28 +111,11 @@ asio::awaitable<std::expected<void, TrackerError>> MockTracker::check(TimePoint)
 
 asio::awaitable<std::optional<TrackerError>> MockTracker::link_fault(TimePoint deadline) {
   Clock& clock = cell_.clock();
-  const MockFaults& faults = cell_.options().faults;
   if (!connected_) co_return TrackerError{TrackerFault::Disconnected, "not connected"};
   co_await clock.sleep_until(std::min(deadline, clock.now() + 5ms));
-  if (cell_.happens(faults.tracker_busy)) co_return TrackerError{TrackerFault::Busy, "the tracker is busy"};
-  if (cell_.happens(faults.tracker_lost)) {
-    co_return lose(TrackerFault::Disconnected, "the connection to the tracker was lost");
-  }
-  if (cell_.happens(faults.tracker_restart)) {
-    gone_until_ = clock.now() + cell_.outage();
-    co_return lose(TrackerFault::Disconnected, "the tracker restarted");
-  }
-  if (cell_.happens(faults.tracker_silent)) {
-    co_await clock.sleep_until(deadline);
-    co_return lose(TrackerFault::Timeout, "the tracker did not answer");
-  }
+  if (cell_.happens(cell_.options().faults.tracker_busy))
+    co_return TrackerError{TrackerFault::Busy, "the tracker is busy"};
   co_return std::nullopt;
-}
-
-TrackerError MockTracker::lose(TrackerFault fault, const char* detail) {
-  connected_ = false;
-  locked_ = false;
-  return {fault, detail};
 }
 
 }  // namespace truepose::drivers

@@ -37,7 +37,6 @@ class MockTracker final : public Tracker {
   std::size_t nearest_reflector(const Eigen::Vector3d& p_W_mm) const;
   /// The nest next to where it looks, where one is within the radius.
   std::optional<std::size_t> nest_within(double radius_mm, const Eigen::Vector3d& p_W_mm) const;
-  TrackerError lose(TrackerFault fault, const char* detail);
 
   MockCell& cell_;
   bool connected_ = false;

@@ -161,10 +161,7 @@ TEST_F(Mock, EveryFaultIsAnErrorAndNeverAPoint) {
     double MockFaults::*rate;
     TrackerFault expected;
   };
-  const std::vector<Case> cases{{&MockFaults::tracker_lost, TrackerFault::Disconnected},
-                                {&MockFaults::tracker_restart, TrackerFault::Disconnected},
-                                {&MockFaults::tracker_busy, TrackerFault::Busy},
-                                {&MockFaults::tracker_silent, TrackerFault::Timeout},
+  const std::vector<Case> cases{{&MockFaults::tracker_busy, TrackerFault::Busy},
                                 {&MockFaults::no_target, TrackerFault::NoTarget},
                                 {&MockFaults::beam_broken, TrackerFault::BeamBroken}};
   for (const Case& c : cases) {
@@ -175,42 +172,6 @@ TEST_F(Mock, EveryFaultIsAnErrorAndNeverAPoint) {
     ASSERT_FALSE(point);
     EXPECT_EQ(point.error().fault, c.expected);
   }
-}
-
-TEST_F(Mock, EveryFaultOfTheRobotIsReported) {
-  struct Case {
-    double MockFaults::*rate;
-    RobotFault expected;
-  };
-  const std::vector<Case> cases{{&MockFaults::robot_lost, RobotFault::Disconnected},
-                                {&MockFaults::robot_restart, RobotFault::Disconnected},
-                                {&MockFaults::robot_refused, RobotFault::Refused},
-                                {&MockFaults::robot_aborted, RobotFault::Aborted},
-                                {&MockFaults::robot_silent, RobotFault::Timeout}};
-  for (const Case& c : cases) {
-    MockFaults faults;
-    faults.*(c.rate) = 1;
-    make(faults);
-    JointVector q = cell->q();
-    q[0] += 0.5;
-    const auto reached = move(q);
-    ASSERT_FALSE(reached);
-    EXPECT_EQ(reached.error().fault, c.expected);
-  }
-}
-
-TEST_F(Mock, ADeviceThatRestartsIsGoneForAWhileAndComesBack) {
-  MockFaults faults;
-  faults.tracker_restart = 1;
-  make(faults);
-  ASSERT_FALSE(look(30));
-  const auto at_once = finish(io, clock, tracker->connect(in(180s)));
-  ASSERT_FALSE(at_once);
-  EXPECT_EQ(at_once.error().fault, TrackerFault::Unreachable);
-  bool slept = false;
-  asio::co_spawn(io, clock.sleep_until(in(61s)), [&](std::exception_ptr) { slept = true; });
-  ASSERT_TRUE(clock.run(io, [&] { return slept; }));
-  EXPECT_TRUE(finish(io, clock, tracker->connect(in(180s))));
 }
 
 }  // namespace
