@@ -114,6 +114,7 @@ Facts identification_facts(const ReportDocument& document) {
   };
   Facts facts;
   add_texts(facts, document.files);
+  for (const std::string& each : document.read_as) facts.emplace_back("Read as", xml::escaped(each));
   facts.emplace_back("Model", xml::escaped(document.model));
   facts.emplace_back("Method", std::string{name_of(record::kMethods, document.method)});
   add_texts(facts, document.options);

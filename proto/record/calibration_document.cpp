@@ -402,6 +402,8 @@ void layout(Io& io, CalibrationDocument& x) {
   io.optional("model", x.model);
   io.format("date-time").optional("date", x.date);
   io.about("what was read, by what it is").optional("files", x.files);
+  io.about("how files were understood that were not in truepose's own form, a sentence each")
+      .optional("read_as", x.read_as);
   io.about("how it was identified").optional("options", x.options);
   io.optional("conditions", x.conditions);
   io.about("after which the campaign resumed").optional("interruptions", x.interruptions);

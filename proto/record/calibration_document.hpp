@@ -211,6 +211,7 @@ struct CalibrationDocument {
   std::vector<Point> fold_points;
   std::string robot, tracker, campaign, model, date;  ///< empty where not known
   ByName<std::string> files, options;
+  std::vector<std::string> read_as;  ///< how files were understood that were not in truepose's own form
   std::optional<Conditions> conditions;
   std::optional<std::vector<SkippedPose>> skipped;  ///< none: no campaign measured
   std::vector<Interruption> interruptions;

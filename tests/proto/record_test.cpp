@@ -19,7 +19,7 @@ namespace truepose {
 using namespace record;
 
 template <>
-inline constexpr int kMembers<CalibrationDocument> = 46;
+inline constexpr int kMembers<CalibrationDocument> = 47;
 template <>
 inline constexpr int kMembers<Run> = 8;
 template <>

@@ -63,6 +63,19 @@ TEST_F(Offline, WhyItFailedStandsBehindTheReportWhereBothGoToOneFile) {
   EXPECT_EQ(run.out.find('\n', why), run.out.size() - 1) << "the last line";
 }
 
+TEST_F(Offline, TheDocumentSaysHowAFileOfAnotherProgramWasRead) {
+  const std::string own = write_golden_points(true);
+  const auto documented = [&](const std::string& file) {
+    return succeed({"calibrate", "--robot", kRobot, "--data", file, "--json"});
+  };
+  EXPECT_FALSE(documented(own).contains("read_as"));
+  std::string text = text_of(own);
+  std::ranges::replace(text, ',', ';');
+  const json::array read_as = documented(folder_.write("semicolons.csv", text)).at("read_as").as_array();
+  ASSERT_EQ(read_as.size(), 1);
+  EXPECT_TRUE(read_as[0].as_string().ends_with("semicolons.csv: read as: semicolons"));
+}
+
 TEST_F(Offline, CalibrateTakesA6DTargetAndTellsHowItIsTurned) {
   const std::string reflector = write_golden_points(true);
   MeasurementData data = config::load_measurements(reflector, nominal_);

@@ -64,8 +64,8 @@ std::string data_names(const CalibrateCommand& command) {
 }
 
 /// The points of all files, each from a station of its own.
-MeasurementData measurements(const CalibrateCommand& command, const RobotModel& robot) {
-  const config::TableReading reading = reading_of(command.table);
+MeasurementData measurements(const CalibrateCommand& command, const RobotModel& robot,
+                             const config::TableReading& reading) {
   if (command.data_files.size() == 1)
     return config::load_measurements(command.data_files.front(), robot, &reading);
   MeasurementData data;
@@ -93,9 +93,9 @@ void expect_times_alike(const MeasurementData& data, const MeasurementData& vali
 }
 
 /// Points of another file, all to validate. Reflectors are matched by name.
-void add_validation(MeasurementData& data, const CalibrateCommand& command, const RobotModel& robot) {
+void add_validation(MeasurementData& data, const CalibrateCommand& command, const RobotModel& robot,
+                    const config::TableReading& reading) {
   const std::string& file = command.validate_file;
-  const config::TableReading reading = reading_of(command.table);
   // A point that was marked to validate is never used to identify, whatever else is given.
   std::erase_if(data.points, [](const Measurement& point) { return point.set == PoseSet::Validate; });
   MeasurementData validation = config::load_measurements(file, robot, &reading);
@@ -284,13 +284,20 @@ void check_data(const CalibrateCommand& command, const MeasurementData& data) {
 int run_calibrate(const CalibrateCommand& command) {
   check_options(command);
   const RobotModel robot = config::load_robot(command.robot_file);
-  MeasurementData data = measurements(command, robot);
+  std::vector<std::string> read_as;
+  config::TableReading reading = reading_of(command.table);
+  reading.report = [&](const std::string& line) {
+    if (!command.as_json) print_to_stderr(line);
+    read_as.push_back(line);
+  };
+  MeasurementData data = measurements(command, robot, reading);
   check_data(command, data);
-  if (!command.validate_file.empty()) add_validation(data, command, robot);
+  if (!command.validate_file.empty()) add_validation(data, command, robot, reading);
   Outcome outcome = validated(command, robot, std::move(data));
   const CalibrationVerdict verdict = verdict_on(command, robot, outcome);
   outcome.document.verdict = verdict;
   describe(outcome.document, command, robot);
+  outcome.document.read_as = std::move(read_as);
   const boost::json::object json = outcome.splits.empty()
                                        ? record::calibration_document(outcome.document)
                                        : record::calibration_document_over_splits(outcome.document);
