@@ -38,6 +38,13 @@ rpc::ModelSummary summary_of(const ModelRecord& record) {
           .active = record.active};
 }
 
+/// "judged red when it was made: ..", of a verdict that failed.
+std::optional<std::string> warning_of(const std::optional<CalibrationVerdict>& verdict) {
+  if (!verdict || !verdict->failed()) return std::nullopt;
+  return "judged " + std::string{name_of(kVerdictColorNames, verdict->color())} +
+         " when it was made: " + verdict->findings.front().sentence;
+}
+
 rpc::Parameter parameter_of(const IdentifiedParameter& parameter) {
   return {.name = parameter.name,
           .nominal = parameter.nominal,
@@ -78,7 +85,8 @@ asio::awaitable<StoreResult<void>> ModelService::load_active() {
   }
   runner_.faults().end(FaultCode::Model);
   const StoredModel& model = *(*found)->checked;
-  active_ = Active{(*found)->record, model.file.cell, config::drift_reference(model.file)};
+  active_ = Active{(*found)->record, model.file.cell, config::drift_reference(model.file),
+                   warning_of(model.file.verdict)};
   give_to_stream(*active_);
   if (!model.unchecked.empty()) log_warning(model.unchecked);
   co_return StoreResult<void>{};
@@ -301,7 +309,7 @@ Reply<rpc::ModelActivate> ModelService::make_active(std::string id, std::string 
     co_return std::unexpected(runner_.wrong_state(refused.empty() ? "no model is active" : refused));
   }
   publish("activated", active_->record, by);
-  co_return summary_of(active_->record);
+  co_return *active_summary();
 }
 
 Reply<rpc::ModelDeactivate> ModelService::deactivate(rpc::ModelDeactivate, std::string by) {
@@ -332,7 +340,10 @@ void ModelService::publish(const char* change, const ModelRecord& record, const 
 }
 
 std::optional<rpc::ModelSummary> ModelService::active_summary() const {
-  return active_ ? std::optional{summary_of(active_->record)} : std::nullopt;
+  if (!active_) return std::nullopt;
+  rpc::ModelSummary summary = summary_of(active_->record);
+  summary.warning = active_->warning;
+  return summary;
 }
 
 }  // namespace truepose::daemon

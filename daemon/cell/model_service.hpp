@@ -25,6 +25,7 @@ class ModelService {
     ModelRecord record;
     CalibratedCell cell;
     std::optional<DriftReference> drift_reference;
+    std::optional<std::string> warning;  ///< its verdict, where that failed, and why
   };
   /// What the stream was given, by the number that it knows it by.
   struct Given {

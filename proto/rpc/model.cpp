@@ -14,6 +14,8 @@ void layout(Io& io, ModelSummary& x) {
       .nullable("validation_before_mm", x.validation_before_mm);
   io.about("Mean error of this model there").nullable("validation_after_mm", x.validation_after_mm);
   io("active", x.active);
+  io.about("Of the active model: its verdict where that is amber or red, and why")
+      .optional("warning", x.warning);
 }
 
 void layout(Io& io, Parameter& x) {

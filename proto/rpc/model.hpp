@@ -17,6 +17,7 @@ struct ModelSummary {
   std::optional<double> validation_before_mm{};
   std::optional<double> validation_after_mm{};
   bool active = false;
+  std::optional<std::string> warning{};
 };
 void layout(Io& io, ModelSummary& x);
 

@@ -27,6 +27,19 @@ TEST_F(ModelServiceTest, WorksWithTheModelThatItsStoreSaysIsActive) {
   EXPECT_EQ(changes[0].at_pointer("/model/id"), "m2");
 }
 
+TEST_F(ModelServiceTest, WarnsOfTheVerdictOfAModelThatAnOperatorActivates) {
+  load();
+  EXPECT_FALSE(call("model.activate", {{"id", "m1"}})->as_object().contains("warning"));
+  execute(
+      "UPDATE model SET yaml=replace(replace(yaml, 'color: green', 'color: red'), 'findings: []', "
+      "'findings: [{severity: error, code: \"V_NOT_CONVERGED\", sentence: \"it did not converge\", "
+      "what_to_do: \"measure again\"}]') WHERE id='m2'");
+  seal_again();
+  const char* const warning = "judged red when it was made: it did not converge";
+  EXPECT_EQ(call("model.activate", {{"id", "m2"}})->at("warning"), warning);
+  EXPECT_EQ(status().at_pointer("/model/warning"), warning);
+}
+
 TEST_F(ModelServiceTest, GoesBackToTheModelThatWasActiveBefore) {
   load();
   ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));

@@ -24,7 +24,10 @@ namespace {
 
 // ---- Texts of one sentence ----
 
-std::string activated_text(const rpc::ModelSummary& model) { return "model " + model.id + " is active\n"; }
+std::string activated_text(const rpc::ModelSummary& model) {
+  const std::string warning = model.warning ? "warning: " + *model.warning + "\n" : "";
+  return "model " + model.id + " is active\n" + warning;
+}
 
 std::string deactivated_text(const rpc::ModelDeactivate::Result& result) {
   return result.deactivated ? "model " + *result.deactivated + " is deactivated\n" : "no model was active\n";

@@ -30,7 +30,8 @@ std::string device(const auto& status) {
 }
 
 std::string model_line(const rpc::ModelSummary& model) {
-  return model.id + ", " + shown(model.validation_after_mm, 3, " mm") + " on validation poses";
+  return model.id + ", " + shown(model.validation_after_mm, 3, " mm") + " on validation poses" +
+         (model.warning ? "; " + *model.warning : "");
 }
 
 std::string stream_line(const rpc::StreamStatus& stream) { return stream.state + because(stream.reason); }
