@@ -50,7 +50,8 @@ TEST(TargetFile, KnowsHowManyJointsAnArmHas) {
   EXPECT_EQ(error("q1,q2,q3,q4,q5,q6,q7\n1,2,3,4,5,6,7\n", {.arm = &arm}),
             "targets.csv: unknown column 'q7', did you mean 'q1'?");
   EXPECT_EQ(error("x,y,z\n1,2,3\n", {.arm = &arm, .of_joints = true}),
-            "targets.csv: unknown column 'x'. Known here: q1, q2, residual_mm, residual_deg, sigma_mm");
+            "targets.csv: unknown column 'x'. Known here: q1, q2, q3, q4, q5, q6, residual_mm, "
+            "residual_deg, sigma_mm");
 }
 
 TEST(TargetFile, GivesStatusAndTurnAndPositionsAloneWhereTheyAreTaken) {

@@ -298,10 +298,18 @@ std::string missing_option(const CLI::App& app, const std::string& message) {
   return name + ": missing. Give " + place + name + " " + option->get_type_name();
 }
 
-/// Of two options, "--folds excludes --split" or "--split requires --seed".
-std::string wrong_pair(std::string message, const char* what_to_do) {
-  message.insert(std::min(message.find(' '), message.size()), ":");
-  return message + ". " + what_to_do;
+/// Of "--data requires --robot": all that it requires and that are not given, since the parser names any of
+/// them.
+std::string missing_partners(const CLI::App& app, const std::string& message) {
+  const std::string name = message.substr(0, message.find(' '));
+  const CLI::Option* const option = app.get_option_no_throw(name);
+  if (option == nullptr) return message;
+  std::set<std::string> missing;
+  for (const CLI::Option* each : option->get_needs())
+    if (each->count() == 0) missing.insert(each->get_name());
+  std::string all;
+  for (const std::string& each : missing) all += (all.empty() ? "" : " and ") + each;
+  return name + ": requires " + all + ". Give " + (missing.size() > 1 ? "all" : "both");
 }
 
 /// What is wrong with the words, in the words of who wrote them.
@@ -312,10 +320,12 @@ std::string usage_fault(const CLI::App& app, const CLI::ParseError& error) {
                                                       : unknown_command(*each, word);
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) return wrong_count(app, error.what());
   if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) return missing_option(app, error.what());
-  if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr)
-    return wrong_pair(error.what(), "Give both");
-  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr)
-    return wrong_pair(error.what(), "Give one of them");
+  if (dynamic_cast<const CLI::RequiresError*>(&error) != nullptr) return missing_partners(app, error.what());
+  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
+    std::string message = error.what();
+    message.insert(std::min(message.find(' '), message.size()), ":");
+    return message + ". Give one of them";
+  }
   return error.what();
 }
 
