@@ -165,7 +165,9 @@ TEST_F(Compensate, TakesNoRadiansForDegreesAndNoMetresForMillimetres) {
   EXPECT_THAT(refused.err,
               HasSubstr("these look like radians; say which it is by --units rad,mm or --units deg,mm"));
   EXPECT_FALSE(std::filesystem::exists(out));
-  const json::object of_rad = document({"--joints", file(rad), "--units", "rad,mm"});
+  const Finished converted = compensate({"--joints", file(rad), "--units", "rad,mm", "--json"});
+  EXPECT_THAT(converted.err, HasSubstr("read as: units converted to deg and mm"));
+  const json::object of_rad = printed_document(converted.out).as_object();
   const json::object of_deg = document(
       {"--joints", file(std::string(kJoints) + "19.9962,-79.9849,99.9811,30.0230,44.9772,-39.9925\n")});
   EXPECT_LT((joints(of_rad, 0) - joints(of_deg, 0)).cwiseAbs().maxCoeff(), 1e-5);
