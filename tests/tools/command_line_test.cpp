@@ -199,7 +199,7 @@ TEST_F(Words, ThatDoNotFitAreRefusedInOneLine) {
       << "which is eight to some";
   EXPECT_EQ(refusal({"--number"}), "truepose: --number: expected N behind it, found nothing" + see);
   EXPECT_EQ(refusal({"--number", "7", "--number", "8"}),
-            "truepose: --number is given 2 times (7, 8). Give it once" + see);
+            "truepose: --number: given 2 times (7, 8). Give it once" + see);
   EXPECT_EQ(refusal({"here", "there"}),
             "truepose: 'there' is one argument too many. Name the option it is for" + see);
 }

@@ -339,7 +339,7 @@ TEST_F(Compensate, AMistakeInAFileIsReportedWithItsRow) {
   EXPECT_EQ(error("--poses", "x,y,z,a,b\n1,2,3,4,5\n"), "missing column 'c'\n");
   EXPECT_EQ(error("--poses", "x,y,z,a,b,c,s\n1765,0,1910,0,90,0,2.5\n"),
             "row 1 (line 2): s: expected a whole number from 0 to 255\n");
-  EXPECT_THAT(error("--joints", std::string("q1,q2,\0\xff", 9) + "\n"), HasSubstr("unknown column"));
+  EXPECT_THAT(error("--joints", std::string("q1,q2,\0\xff", 9) + "\n"), HasSubstr("missing column 'q3'"));
 }
 
 TEST_F(Compensate, QuotedFieldsOverLinesAndLastRowsWithoutAnEndAreReadAsInWholeFiles) {

@@ -156,7 +156,7 @@ TEST_F(StationsCommand, APointToValidateNeedsItsStation) {
   const Finished run = calibrate({"--validate", hall_});
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err,
-              HasSubstr("--validate does not say its station: mark points of each --data set=validate"));
+              HasSubstr("--validate: does not say its station. Mark points of each --data set=validate"));
 }
 
 }  // namespace

@@ -138,7 +138,7 @@ TEST_F(StoreFiles, ACopyIsReadInAFolderThatIsNotWritable) {
 }
 
 TEST_F(StoreFiles, WhatIsNoStoreIsNotRead) {
-  EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("unable to open"));
+  EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("there is no such file"));
   std::ofstream{file} << std::string(5000, 'x');
   EXPECT_THAT(Store::open_to_read(file).error().detail, HasSubstr("not a database"));
   std::ofstream{file, std::ios::trunc};
