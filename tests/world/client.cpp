@@ -112,6 +112,7 @@ asio::awaitable<bool> Client::subscribe() {
   const json::value subscribed = co_await ask("events.subscribe", std::move(from));
   if (!is_result(subscribed)) co_return false;
   session->all_from = result_of(subscribed).at("next").to_number<std::uint64_t>();
+  on_subscribed(result_of(subscribed));
   co_return true;
 }
 

@@ -55,6 +55,8 @@ class Client {
   /// Each request as it is sent, and once it is answered or its session has ended.
   std::function<void(const Request&)> on_request = [](const Request&) {};
   std::function<void(const Request&)> on_answer = [](const Request&) {};
+  /// By this answer of events.subscribe.
+  std::function<void(const boost::json::object& answer)> on_subscribed = [](const boost::json::object&) {};
   /// A session is open, or has ended.
   std::function<void(bool is_open)> on_session = [](bool) {};
   /// What broke a promise of the protocol.

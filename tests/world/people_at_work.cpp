@@ -207,6 +207,7 @@ Wait PeopleAtWork::restore() {
   judges_.points.restored();
   judges_.states.restored();
   judges_.agreement.restored();
+  judges_.events.restored();
   judges_.tools.restored();
 }
 

@@ -10,6 +10,7 @@
 #include "tests/world/agreement_judge.hpp"
 #include "tests/world/cell.hpp"
 #include "tests/world/correction_judge.hpp"
+#include "tests/world/event_judge.hpp"
 #include "tests/world/files_judge.hpp"
 #include "tests/world/measuring.hpp"
 #include "tests/world/model_judge.hpp"
@@ -29,6 +30,7 @@ class PeopleAtWork {
   struct Judges {
     StatusJudge& states;
     AgreementJudge& agreement;
+    EventJudge& events;
     ModelJudge& models;
     ToolJudge& tools;
     StationJudge& stations;

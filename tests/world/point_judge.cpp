@@ -43,6 +43,15 @@ void PointJudge::take(const json::object& measurement, bool late) {
   if (!late && !was_touched) compare_with_truth(id, measurement);
 }
 
+void PointJudge::take_progress(const json::object& progress) {
+  std::int64_t& last = done_[text_at(progress, "id")];
+  const auto done = progress.at("done").to_number<std::int64_t>();
+  if (done < last)
+    log_.broken("of " + std::to_string(last) + " poses of a campaign " + std::to_string(done) +
+                " are left: " + json::serialize(progress));
+  last = done;
+}
+
 void PointJudge::compare_with_truth(const std::string& campaign, const json::object& measurement) {
   constexpr double kSigmas = 6;
   // By a resumption points are brought to where the tracker stood at first, as well as a few poses show.

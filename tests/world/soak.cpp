@@ -18,6 +18,7 @@
 #include "tests/world/cell.hpp"
 #include "tests/world/control_judge.hpp"
 #include "tests/world/correction_judge.hpp"
+#include "tests/world/event_judge.hpp"
 #include "tests/world/faults.hpp"
 #include "tests/world/files_judge.hpp"
 #include "tests/world/methods.hpp"
@@ -58,17 +59,25 @@ class Soak {
         models_{log_, cell_.scenario},
         people_{cell_,
                 log_,
-                {states_, agreement_, models_, tools_, stations_, corrections_, points_, files_},
+                {states_, agreement_, events_, models_, tools_, stations_, corrections_, points_, files_},
                 seed_of(options.seed, "people")},
         supervisor_{cell_, log_, agreement_, seed_of(options.seed, "supervisor")} {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
       stream_.see(cycle);
       log_.take_broken(stream_.broken);
+      if (cycle.end == sim::RsiEnd::Off && stream_.left_deg > kZero_deg && !log_.is_disturbed())
+        log_.broken("a program ends with a correction of " + std::to_string(stream_.left_deg) + " deg");
       axes_.see(cycle);
       corrections_.see(cycle);
     };
-    cell_.panel.on_event = [this](const json::object& event) { take(event); };
+    cell_.panel.on_event = [this](const json::object& event) {
+      events_.take(0, event);
+      take(event);
+    };
+    cell_.panel.on_subscribed = [this](const json::object& answer) { events_.subscribed(0, answer); };
+    cell_.supervisor.on_subscribed = [this](const json::object& answer) { events_.subscribed(1, answer); };
     cell_.supervisor.on_event = [this](const json::object& event) {
+      events_.take(1, event);
       agreement_.take(event);
       supervisor_.take(event);
     };
@@ -186,13 +195,14 @@ class Soak {
     if (topic != "stream") log_.trace(topic, json::serialize(data));
     if (topic == "measurement") points_.take(data, cell_.panel.is_late(event));
     if (topic == "cell") states_.take(data);
-    if (topic == "campaign") stations_.take_progress(data);
+    if (topic == "campaign") stations_.take_progress(data), points_.take_progress(data);
     if (topic == "model") models_.take(data), stations_.take_change(data), corrections_.forget();
   }
 
   SoakReport finish() {
     log_.take_broken(cell_.panel.complaints);
     log_.take_broken(cell_.supervisor.complaints);
+    events_.judge();
     report_.broken = log_.broken_promises();
     report_.hash = cell_.world.history.hash();
     report_.campaigns = people_.campaigns;
@@ -201,6 +211,7 @@ class Soak {
     report_.points_compared = points_.compared;
     report_.largest_point_error_mm = points_.largest_error_mm;
     report_.looks = agreement_.looks;
+    report_.events_compared = events_.compared;
     report_.cycles = stream_.cycles;
     report_.sessions = stream_.sessions;
     report_.corrections_compared = corrections_.compared;
@@ -211,6 +222,7 @@ class Soak {
     return report_;
   }
 
+  static constexpr double kZero_deg = 1e-3;
   static constexpr std::chrono::hours kCalmEnd{1};  // without new trouble
 
   const SoakOptions& options_;
@@ -227,6 +239,7 @@ class Soak {
   FilesJudge files_{"cell.sqlite", log_};
   ModelJudge models_;
   ToolJudge tools_{log_};
+  EventJudge events_{log_};
   StationJudge stations_{cell_, log_};
   CorrectionJudge corrections_{log_, cell_.scenario.nominal};
   PeopleAtWork people_;

@@ -43,7 +43,9 @@ void StreamJudge::see(const RsiCycle& cycle) {
   }
   judge_effect(cycle, in_effect_deg, where());
   if (cycle.end != sim::RsiEnd::Off) return;
-  for (const double deg : in_effect_deg) largest_left_deg = std::max(largest_left_deg, std::abs(deg));
+  left_deg = 0;
+  for (const double deg : in_effect_deg) left_deg = std::max(left_deg, std::abs(deg));
+  largest_left_deg = std::max(largest_left_deg, left_deg);
 }
 
 /// A correction of which much has moved nothing for long is held.
