@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/world/answers.hpp"
+#include "tests/world/model_list.hpp"
 #include "tests/world/web_client.hpp"
 
 namespace truepose::world {
@@ -61,18 +62,18 @@ asio::awaitable<void> AgreementJudge::look() {
   const std::uint64_t before = changes();
   if (under_way_ > 0) co_return;
   const json::value status = co_await client_.ask("cell.status");
-  const json::value models = co_await client_.ask("model.list");
+  const auto models = co_await all_models(client_);
   const auto numbers = co_await metrics(cell_.world);
   co_await cell_.world.pass(kUntilEventsCome);
-  if (changes() != before || !is_result(status) || !is_result(models) || !cell_.pc.runs()) co_return;
+  if (changes() != before || !is_result(status) || !models || !cell_.pc.runs()) co_return;
   ++looks;
-  compare(result_of(status), result_of(models), numbers);
+  compare(result_of(status), *models, numbers);
 }
 
-void AgreementJudge::compare(const json::object& status, const json::object& models, const Numbers& metrics) {
+void AgreementJudge::compare(const json::object& status, const json::array& models, const Numbers& metrics) {
   compare_with_events(status);
   std::string active = "none";
-  for (const json::value& model : models.at("models").as_array())
+  for (const json::value& model : models)
     if (model.as_object().at("active").as_bool()) active = id_of(model);
   expect("active model of status and list", id_of(status.at("model")), active);
   if (metrics.empty()) return log_.broken("the web port does not answer");

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <cstdint>
 #include <map>
@@ -34,7 +35,7 @@ class AgreementJudge {
   using Numbers = std::map<std::string, double>;
 
   std::uint64_t changes() const { return events_ + orders_ + sessions_; }
-  void compare(const boost::json::object& status, const boost::json::object& models, const Numbers& metrics);
+  void compare(const boost::json::object& status, const boost::json::array& models, const Numbers& metrics);
   void compare_with_events(const boost::json::object& status);
   void expect(const std::string& what, const std::string& one, const std::string& other);
 

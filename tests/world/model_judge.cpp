@@ -4,6 +4,7 @@
 #include <boost/json/serialize.hpp>
 
 #include "tests/world/answers.hpp"
+#include "tests/world/model_list.hpp"
 #include "tests/world/truth_judge.hpp"
 
 namespace truepose::world {
@@ -24,11 +25,10 @@ void ModelJudge::take(const json::object& change) {
 }
 
 asio::awaitable<void> ModelJudge::look(Client& client) {
-  const json::value answer = co_await client.ask("model.list");
-  if (!is_result(answer)) co_return;
+  const auto models = co_await all_models(client);
+  if (!models) co_return;
   const auto active = std::ranges::count_if(
-      result_of(answer).at("models").as_array(),
-      [](const json::value& model) { return model.as_object().at("active").as_bool(); });
+      *models, [](const json::value& model) { return model.as_object().at("active").as_bool(); });
   if (active > 1) log_.broken(std::to_string(active) + " models are active");
   if (active == 1) co_await compare_with_truth(client);
 }
