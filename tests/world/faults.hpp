@@ -14,7 +14,7 @@ namespace truepose::world {
 enum class Waits {
   ForNothing,
   ForRsi,       ///< a session of it, and happens soon after it began
-  ForCampaign,  ///< one that measures
+  ForCampaign,  ///< one that measures, and happens some poses later
 };
 
 /// What goes wrong in a cell, and how often.

@@ -137,6 +137,7 @@ class Soak {
       states_.restarted(people_.orders().is_last_lost() || supervisor_.orders().is_last_lost());
       controls_.restarted();
       agreement_.restarted();
+      stations_.look();  // while none measures
       try {
         cell_.pc.start();
         ++report_.restarts;
@@ -168,7 +169,10 @@ class Soak {
       const auto wait = std::chrono::duration_cast<drivers::Duration>(days);
       if (log_.now() + wait > end_ - kCalmEnd) co_return;
       co_await cell_.world.pass(wait);
-      while (kind.waits == Waits::ForCampaign && !stations_.is_measuring()) co_await cell_.world.pass(5s);
+      if (kind.waits == Waits::ForCampaign) {
+        while (!stations_.is_measuring()) co_await cell_.world.pass(5s);
+        co_await cell_.world.pass(lasting(random, 20s, 5min));
+      }
       if (kind.waits == Waits::ForRsi) {
         co_await cell_.world.rsi.session();
         // Most of them in the first seconds, while the correction ramps in.
