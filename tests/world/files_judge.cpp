@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 
 #include "config/text_file.hpp"
 #include "daemon/control/access_list.hpp"
@@ -13,6 +15,12 @@
 namespace truepose::world {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::ptrdiff_t kKept = 20;  // recordings, by the cell file
+
+}  // namespace
 
 FilesJudge::FilesJudge(const fs::path& store, SoakLog& log)
     : audit_{daemon::audit_file_of(store)},
@@ -57,7 +65,12 @@ void FilesJudge::look_at_access() {
 
 void FilesJudge::look_at_recording() {
   if (recording_.empty()) return;
-  if (!fs::exists(recording_)) return log_.broken(recording_.string() + " is lost");
+  if (!fs::exists(recording_)) {
+    const auto others =
+        std::distance(fs::directory_iterator{recording_.parent_path()}, fs::directory_iterator{});
+    if (others < kKept) log_.broken(recording_.string() + " is lost");
+    return recording_.clear();
+  }
   const auto read = recording::Recording::read(config::read_bytes(recording_));
   if (!read) log_.broken(recording_.string() + ": " + read.error());
 }
