@@ -48,6 +48,7 @@ void StationJudge::take_progress(const json::object& progress) {
   if (id != campaign_) is_clear_ = true;
   campaign_ = id;
   measures_ = !rests(text_at(progress, "phase"));
+  if (measures_) measured_at_mm_ = last_moved_mm_;
 }
 
 void StationJudge::take_change(const json::object& change) {
@@ -55,7 +56,7 @@ void StationJudge::take_change(const json::object& change) {
   if (text_at(change, "change") != "made") return;
   const json::object& model = change.at("model").as_object();
   if (text_at(model, "campaign_id") == campaign_ && is_clear_)
-    made_.emplace(text_at(model, "id"), cell_.tracker_moved_mm);
+    made_.emplace(text_at(model, "id"), measured_at_mm_);
 }
 
 asio::awaitable<void> StationJudge::before_check(Client& client) {
@@ -74,7 +75,7 @@ asio::awaitable<void> StationJudge::after_check(Client& client, std::string camp
   const json::value answer = co_await client.ask("campaign.get", std::move(which));
   if (!is_result(answer) || result_of(answer).at("drift").is_null()) co_return;
   ++checks;
-  judge(result_of(answer).at("drift").as_object(), cell_.tracker_moved_mm - model->second);
+  judge(result_of(answer).at("drift").as_object(), measured_at_mm_ - model->second);
 }
 
 void StationJudge::judge(const json::object& drift, const Eigen::Vector3d& moved_mm) {
