@@ -51,8 +51,9 @@ Wait Reading::read_models() {
   const json::object which{{"id", one.at("id")}};
   co_await read("model.get", which);
   co_await read("model.export", which);
-  const json::array pose{0, -90, 90, 0, 35, 0};
-  json::object targets{{"joints", json::array{pose}}, {"model_id", one.at("id")}};
+  json::array joints;
+  joints.push_back(json::array{0, -90, 90, 0, 35, 0});
+  json::object targets{{"joints", std::move(joints)}, {"model_id", one.at("id")}};
   co_await read("targets.compensate", std::move(targets));
 }
 
