@@ -34,8 +34,8 @@ std::string joined(const std::set<std::string>& names) {
 void AgreementJudge::take(const json::object& event) {
   const std::string topic = text_at(event, "topic");
   const json::object& data = event.at("data").as_object();
-  const bool is_of_a_life_before = !knows_faults_ && client_.is_late(event);
-  if (topic == "cell" && !is_of_a_life_before) state_ = text_at(data, "state");
+  if (!client_.is_late(event)) hears_ = true;
+  if (topic == "cell" && hears_) state_ = text_at(data, "state");
   if (topic == "fault" && data.at("active").as_bool()) faults_.insert(text_at(data, "code"));
   if (topic == "fault" && !data.at("active").as_bool()) faults_.erase(text_at(data, "code"));
   if (topic == "model") {
@@ -54,7 +54,7 @@ void AgreementJudge::take(const json::object& event) {
 
 void AgreementJudge::restarted() {
   state_.clear();
-  knows_faults_ = false;
+  knows_faults_ = hears_ = false;
 }
 
 asio::awaitable<void> AgreementJudge::look() {

@@ -49,6 +49,7 @@ class AgreementJudge {
   std::string model_;   // that is active, by the events
   bool knows_model_ = false;
   std::set<std::string> faults_;  // that stand
+  bool hears_ = true;             // the daemon that runs: what came late before was of one before it
   bool knows_faults_ = true;      // by its status, since the daemon began
 };
 
