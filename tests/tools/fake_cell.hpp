@@ -54,7 +54,7 @@ class FakeCell : public daemon::CellService {
                         boost::json::object{{"state", state}, {"from", "campaign"}, {"reason", reason}});
       };
       tell("campaign", "the tracker answers");
-      tell("ready", "nobody asks for this one");
+      tell("ready", "no one asks for this one");
       events_.publish(control::Topic::Log,
                       boost::json::object{{"level", "info"}, {"text", "nor for this one"}});
       events_.publish(control::Topic::Log,

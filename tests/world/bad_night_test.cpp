@@ -51,7 +51,7 @@ struct Trouble {
 
 using Troubles = std::deque<Trouble>;
 
-/// Ten times somebody stands in the beam, the tracker restarts twice, the robot's link is cut three times,
+/// Ten times a person stands in the beam, the tracker restarts twice, the robot's link is cut three times,
 /// the controller restarts, there is an emergency stop, the daemon is killed, and its PC loses its power.
 Troubles a_bad_night() {
   using Kind = config::ScenarioFault::Kind;
