@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <string_view>
 #include <utility>
 
@@ -71,7 +72,7 @@ constexpr std::array<std::string_view, 10> kOfPoint{"x", "y",         "z",     "
 
 using TwoFiles = std::pair<std::filesystem::path, std::filesystem::path>;
 
-/// "joints.csv" and "points.csv" of "joints.csv+points.csv"; nothing for a file.
+/// "joints.csv" and "points.csv" of "joints.csv+points.csv", in the order given; nothing for a file.
 std::optional<TwoFiles> two_files(const std::filesystem::path& file) {
   const std::string name = file.string();
   std::error_code ignored;
@@ -88,8 +89,8 @@ bool is_of_joint(const std::string& name) {
   return name.size() > 1 && name[0] == 'q' && name[1] >= '0' && name[1] <= '9';
 }
 
-/// Joints in one file and points in another.
-CsvTable read_two(const TwoFiles& files, const TableForm& form, const TableReading& reading) {
+/// Joints in the first file and points in the second.
+CsvTable read_in_order(const TwoFiles& files, const TableForm& form, const TableReading& reading) {
   TableForm joints{.known = {}, .needed = {{}}, .robot = form.robot, .keeps_keys = true};
   TableForm points{.known = {}, .needed = {{"x", "y", "z"}}, .robot = form.robot, .keeps_keys = true};
   for (const std::string& name : form.known) {
@@ -102,6 +103,20 @@ CsvTable read_two(const TwoFiles& files, const TableForm& form, const TableReadi
   auto [table, how] = joined({of_joints, of_points, files.first.string(), files.second.string()});
   if (reading.report) reading.report(how);
   return std::move(table);
+}
+
+/// Joints in one file and points in the other.
+CsvTable read_two(const TwoFiles& files, const TableForm& form, const TableReading& reading) {
+  try {
+    return read_in_order(files, form, reading);
+  } catch (const ConfigError&) {
+    const std::exception_ptr as_given = std::current_exception();
+    try {
+      return read_in_order({files.second, files.first}, form, reading);
+    } catch (const ConfigError&) {
+      std::rethrow_exception(as_given);
+    }
+  }
 }
 
 }  // namespace

@@ -74,6 +74,11 @@ TEST_F(TwoFilesOfMeasurements, AreJoinedByNameNumberOrTimeInAnyOrder) {
   expect_joined(part(0, 6, "time", time).text(), part(6, 9, "time", time).text());
 }
 
+TEST_F(TwoFilesOfMeasurements, MayBeGivenInEitherOrder) {
+  expect_joined(part(6, 9, "point", p).text(), part(0, 6, "point", p).text());
+  EXPECT_THAT(said_, HasSubstr("joints of " + (folder_.path() / "points.csv").string() + " by 'point'"));
+}
+
 TEST_F(TwoFilesOfMeasurements, PointsAreThoseOfSpatialAnalyzerAndPolyWorksToo) {
   const auto collection = [](std::size_t row) { return "A::CAL::p" + std::to_string(row + 1); };
   const auto stamp = [](std::size_t row) { return formatted("11/27/2026 8:00:%02zu AM", row); };
