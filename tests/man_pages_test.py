@@ -50,6 +50,8 @@ class ManPages(unittest.TestCase):
         self.assertIn("Bring base, reflectors and joint zeros up to date", drift)
         self.assertIn("Five new points, spread over all joints", drift)
         self.assertIn("truepose\\-sim", self.pages["truepose-sim.1"])
+        self.assertIn("truepose daemon", self.pages["truepose-opcua.1"])
+        self.assertIn("\\-\\-policies LIST", self.pages["truepose-opcua.1"])
         self.assertIn(".SH COMMANDS", self.pages["truepose-campaign.1"])
 
 

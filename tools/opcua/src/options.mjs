@@ -4,8 +4,11 @@ import os from "node:os";
 import path from "node:path";
 import { parseArgs } from "node:util";
 
-export const USAGE = `truepose-opcua: OPC UA server in front of the control port of a truepose daemon
+// tools/man-pages reads it here.
+export const USAGE = `OPC UA server in front of the control port of a truepose daemon.
+Usage: truepose-opcua [OPTIONS]
 
+Options:
   --daemon HOST:PORT   the daemon; default $TRUEPOSE_DAEMON, else 127.0.0.1:7210
   --token-file FILE    with the token by which this server itself looks at the cell: a viewer's is enough; default
                        $TRUEPOSE_TOKEN_FILE
