@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
+#include <system_error>
 
 #include "tools/truepose/command_line.hpp"
 
@@ -18,7 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path own_program() { return fs::read_symlink("/proc/self/exe"); }
+/// Of the program that runs; where /proc is not mounted the one of the packages.
+fs::path own_folder() {
+  std::error_code failed;
+  const fs::path program = fs::read_symlink("/proc/self/exe", failed);
+  return failed ? "/usr/bin" : program.parent_path();
+}
 
 constexpr int kNotStarted = 127;
 
@@ -36,7 +42,7 @@ constexpr int kNotStarted = 127;
 }  // namespace
 
 fs::path installed_program(const std::string& name, const std::string& package) {
-  std::vector<fs::path> folders{own_program().parent_path()};
+  std::vector<fs::path> folders{own_folder()};
   const char* const path = std::getenv("PATH");
   std::istringstream entries{path ? path : ""};
   for (std::string folder; std::getline(entries, folder, ':');) folders.emplace_back(folder);
@@ -46,7 +52,7 @@ fs::path installed_program(const std::string& name, const std::string& package) 
                                     " or in PATH. Install the package " + package + "."};
 }
 
-fs::path installed_data() { return own_program().parent_path().parent_path() / "share/truepose"; }
+fs::path installed_data() { return own_folder().parent_path() / "share/truepose"; }
 
 ChildProcess::ChildProcess(const fs::path& program, const std::vector<std::string>& arguments,
                            const fs::path& log) {
