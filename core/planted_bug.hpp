@@ -50,6 +50,7 @@ inline constexpr PlantedBug kPlantedBugs[]{
     {"a tool taken out of use is back after a restart", "world_test"},
     {"a correction that moves nothing is not noticed", "world_test"},
     {"a model of a resumed campaign stays in its first station", "world_test"},
+    {"a model works on any arm that connects", "world_test"},
 };
 
 /// A name of the table. Any other does not compile.

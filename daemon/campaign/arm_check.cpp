@@ -65,4 +65,9 @@ bool is_undecided(const config::RobotConfig& robot, std::span<const ControllerPo
   return !mistakes.empty() && mistakes.front().joint != mistakes.back().joint;
 }
 
+std::string other_arm(std::string_view what, const std::string& serial, const std::string& here) {
+  if (serial == here) return {};
+  return std::string{what} + " belongs to arm " + serial + ", not to " + here;
+}
+
 }  // namespace truepose::daemon

@@ -2,6 +2,8 @@
 
 #include <expected>
 #include <span>
+#include <string>
+#include <string_view>
 
 #include "config/cell_config.hpp"
 #include "core/quality/arm_identity.hpp"
@@ -24,6 +26,14 @@ std::expected<void, DeviceError> check_poses(const config::RobotConfig& robot,
 std::expected<void, DeviceError> check_arm(const config::RobotConfig& robot,
                                            const drivers::RobotIdentity& identity,
                                            const drivers::RobotState& state);
+
+/// That something belongs to another arm, in one sentence; empty: it does not.
+/// @param what    "the active model"
+/// @param serial  of the arm that it belongs to
+/// @param here    of the one that is there
+std::string other_arm(std::string_view what, const std::string& serial, const std::string& here);
+/// The way out where that is a model.
+inline constexpr std::string_view kNeedsModelOfTheArm = "activate this arm's model, or calibrate it";
 
 /// Whether the poses are not the nominal arm's, and each of several joints may be the cause: further poses
 /// tell which.

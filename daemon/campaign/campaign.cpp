@@ -18,6 +18,7 @@ Campaign::Campaign(config::CellConfig config, CampaignDevices devices, CampaignJ
                    std::shared_ptr<const CampaignPast> past)
     : config_{std::move(config)},
       reason_not_resumable_{reason_not_resumable(order)},
+      model_serial_{model_serial(order)},
       session_{config_, devices, journal, observer, std::move(run_compute), std::move(past)},
       procedure_{std::visit([this](auto of_kind) { return procedure_of(session_, std::move(of_kind)); },
                             std::move(order))} {}
@@ -55,7 +56,7 @@ asio::awaitable<std::expected<std::shared_ptr<const CampaignResult>, CampaignErr
 }
 
 CampaignOutcome<void> Campaign::steps() {
-  Done done = co_await session_.connect(procedure_->needs());
+  Done done = co_await session_.connect(procedure_->needs(), model_serial_);
   if (done) done = co_await procedure_->run();
   if (done) done = co_await session_.past().note_resumption();
   if (done) session_.progress().enter(CampaignPhase::Finish);

@@ -86,6 +86,7 @@ class Campaign {
 
   config::CellConfig config_;
   std::string reason_not_resumable_;  ///< where it cannot continue; else empty
+  std::string model_serial_;          ///< of the arm by whose model it works; empty: it works by none
   MeasuringSession session_;
   std::unique_ptr<CampaignProcedure> procedure_;
   bool aborting_ = false, interrupting_ = false;

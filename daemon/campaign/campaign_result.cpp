@@ -1,6 +1,7 @@
 #include "daemon/campaign/campaign_result.hpp"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "core/frames/tool_turn.hpp"
@@ -20,6 +21,18 @@ std::vector<std::string> reflector_names(const std::vector<StoredPoint>& points,
 }
 
 }  // namespace
+
+std::string model_serial(const CampaignOrder& order) {
+  const auto serial = []<typename Order>(const Order& by_model) -> std::string {
+    if constexpr (std::is_same_v<Order, CalibrationOrder>)
+      return {};
+    else if constexpr (std::is_same_v<Order, DriftOrder>)
+      return by_model.model.robot_serial;
+    else
+      return by_model.model_serial;
+  };
+  return std::visit(serial, order);
+}
 
 MeasurementData measurement_data(const std::vector<StoredPoint>& points, const std::string& smr) {
   MeasurementData data;

@@ -32,8 +32,9 @@ struct CalibrationOrder {};
 
 /// Find the joints at which the arm stands at given targets, by the tracker in the loop.
 struct TargetsOrder {
-  CalibratedCell cell;   ///< the active model
-  std::string model_id;  ///< by which the store has it
+  CalibratedCell cell;       ///< the active model
+  std::string model_id;      ///< by which the store has it
+  std::string model_serial;  ///< of its arm
   /// Joints at which the nominal arm would be at each target; none: validation poses of a plan, as many as
   /// configured.
   std::vector<JointVector> targets;
@@ -44,6 +45,7 @@ struct TargetsOrder {
 /// Find pose accuracy and repeatability.
 struct Iso9283Order {
   std::optional<CalibratedCell> cell;  ///< the active model, where there is one
+  std::string model_serial;            ///< of its arm
   bool compensate = true;              ///< by the model, which must then be given
   int cycles = kIso9283Cycles;
   bool variation = false;  ///< come to P1, P2 and P4 along the three axes of the base too
@@ -64,9 +66,10 @@ struct ToolPoint {
 
 /// Find where a tool is on the flange, with the calibrated arm.
 struct ToolOrder {
-  int number = 1;        ///< of TOOL_DATA
-  MeasuringCell by;      ///< the active model
-  std::string model_id;  ///< by which the store has it
+  int number = 1;            ///< of TOOL_DATA
+  MeasuringCell by;          ///< the active model
+  std::string model_id;      ///< by which the store has it
+  std::string model_serial;  ///< of its arm
   std::vector<ToolPoint> points{{{kOrigin, std::nullopt}, {0, 0, 0}}};
   /// Reflectors sit at all points; else one is put from each to the next by hand.
   bool together = false;
@@ -94,10 +97,11 @@ struct TouchOrder {
 /// Find where a work frame is in the robot base: by a reflector that is put to its points by hand, while the
 /// arm stands still, or by the TCP of a tool that is jogged to them.
 struct BaseOrder {
-  int number = 1;            ///< of BASE_DATA
-  MeasuringCell by;          ///< the active model
-  std::string model_id{};    ///< by which the store has it
-  std::string model_made{};  ///< when that was, RFC 3339
+  int number = 1;              ///< of BASE_DATA
+  MeasuringCell by;            ///< the active model
+  std::string model_id{};      ///< by which the store has it
+  std::string model_serial{};  ///< of its arm
+  std::string model_made{};    ///< when that was, RFC 3339
   std::vector<FixturePoint> points;
   int readings = 3;                   ///< of each point, or touches
   std::optional<TouchOrder> touch{};  ///< none: the tracker reads them
@@ -105,6 +109,9 @@ struct BaseOrder {
 
 using CampaignOrder =
     std::variant<CalibrationOrder, DriftOrder, TargetsOrder, Iso9283Order, ToolOrder, BaseOrder>;
+
+/// Serial number of the arm by whose model a campaign works; empty: it works by none.
+std::string model_serial(const CampaignOrder& order);
 
 // What it came to.
 

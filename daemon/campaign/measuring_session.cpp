@@ -1,10 +1,28 @@
 #include "daemon/campaign/measuring_session.hpp"
 
+#include <utility>
+
+#include "core/planted_bug.hpp"
+#include "daemon/campaign/arm_check.hpp"
 #include "daemon/campaign/interruption_check.hpp"
 
 namespace truepose::daemon {
 
 namespace asio = boost::asio;
+
+namespace {
+
+/// Until the arm is connected it may not be known which it is.
+Done check_model(const std::string& serial, const std::string& here) {
+  if (serial.empty() || planted("a model works on any arm that connects")) return {};
+  std::string other = other_arm("the active model", serial, here);
+  if (other.empty()) return {};
+  return std::unexpected(CampaignError{.fault = CampaignFault::WrongArm,
+                                       .detail = std::move(other),
+                                       .what_to_do = std::string{kNeedsModelOfTheArm}});
+}
+
+}  // namespace
 
 MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDevices devices,
                                    CampaignJournal& journal, CampaignObserver& observer, RunJob run_compute,
@@ -15,7 +33,7 @@ MeasuringSession::MeasuringSession(const config::CellConfig& config, CampaignDev
       plan_{*this, devices_, past},
       past_{*this, std::move(past)} {}
 
-CampaignOutcome<void> MeasuringSession::connect(CampaignNeeds needs) {
+CampaignOutcome<void> MeasuringSession::connect(CampaignNeeds needs, std::string model_serial) {
   progress().enter(CampaignPhase::Connect);
   auto begun = co_await begin();
   if (!begun) co_return std::unexpected(store_failed(begun.error()));
@@ -24,6 +42,7 @@ CampaignOutcome<void> MeasuringSession::connect(CampaignNeeds needs) {
   result().identities = *std::move(identities);
   begun_ = true;
   Done done = past_.check_arm();
+  if (done) done = check_model(model_serial, result().identities.robot.serial);
   if (done) done = co_await write(&CampaignJournal::know, result().identities);
   if (done && needs.moving_arm) done = co_await devices_.prove_arm();
   co_return done;

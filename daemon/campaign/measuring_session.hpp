@@ -29,7 +29,8 @@ class MeasuringSession : public CampaignRun {
 
   /// Begins the journal, connects the devices, and sees by small motions that the arm is the configured one;
   /// of one that is not to be moved, as far as it shows that where it stands.
-  CampaignOutcome<void> connect(CampaignNeeds needs);
+  /// @param model_serial  of the arm by whose model the campaign works; empty: it works by none
+  CampaignOutcome<void> connect(CampaignNeeds needs, std::string model_serial);
   /// The arm may have moved.
   bool has_begun() const { return begun_; }
   /// Ends the journal, with the result where there is no error.

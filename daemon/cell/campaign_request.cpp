@@ -59,6 +59,7 @@ AskedCampaign CampaignRequests::targets(const rpc::CampaignStart& asked) const {
   if (!joints) return std::unexpected(joints.error());
   TargetsOrder order{.cell = (*model)->cell,
                      .model_id = (*model)->record.id,
+                     .model_serial = (*model)->record.robot_serial,
                      .targets = *std::move(joints),
                      .loop = {.rounds = *asked.rounds, .tolerance_mm = *asked.tolerance_mm}};
   order.readings = asked.readings.value_or(order.readings);
@@ -72,7 +73,10 @@ AskedCampaign CampaignRequests::iso9283(const rpc::CampaignStart& asked) const {
                      .variation = asked.variation.value_or(config.iso9283.variation)};
   const auto model = models_.needed();
   if (order.compensate && !model) return std::unexpected(model.error());
-  if (model) order.cell = (*model)->cell;
+  if (model) {
+    order.cell = (*model)->cell;
+    order.model_serial = (*model)->record.robot_serial;
+  }
   return CampaignRequest{std::move(config), std::move(order)};
 }
 
@@ -85,6 +89,7 @@ AskedCampaign CampaignRequests::tool(const rpc::CampaignStart& asked) const {
   const DriftReference& reference = *(*model)->drift_reference;
   order->by = {reference.cell, reference.covariance, reference.noise};
   order->model_id = (*model)->record.id;
+  order->model_serial = (*model)->record.robot_serial;
   config = cell_with_tool(std::move(config), *order);
   return CampaignRequest{std::move(config), *std::move(order)};
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/arm/joint_units.hpp"
+#include "daemon/campaign/arm_check.hpp"
 #include "daemon/log/log.hpp"
 #include "drivers/deadline.hpp"
 
@@ -158,8 +159,7 @@ std::optional<std::string> DeviceService::arm_serial() const {
 
 std::string DeviceService::other_arm(const std::string& what, const std::string& serial) const {
   const auto now = arm_serial();
-  if (!now || *now == serial) return {};
-  return what + " belongs to arm " + serial + ", not to " + *now;
+  return now ? daemon::other_arm(what, serial, *now) : std::string{};
 }
 
 /// The stream does not need the tracker; a cell that is ready to measure does.

@@ -129,6 +129,7 @@ std::expected<void, std::string> use_model(MeasuringCell by, const ModelRecord& 
   }
   order.by = std::move(by);
   order.model_id = model.id;
+  order.model_serial = model.robot_serial;
   order.model_made = model.created;
   return {};
 }

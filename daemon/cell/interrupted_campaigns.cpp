@@ -118,6 +118,7 @@ asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_o
       co_return std::unexpected(RpcError{ErrorCode::Internal, "model " + kept.model_id + " has no noise"});
     order.by = *by;
     order.model_id = kept.model_id;
+    order.model_serial = model->record.robot_serial;
     co_return CampaignOrder{std::move(order)};
   }
   if (kind == "base") {
@@ -128,6 +129,7 @@ asio::awaitable<std::expected<CampaignOrder, RpcError>> CampaignService::order_o
   TargetsOrder order;
   order.cell = model->checked->file.cell;
   order.model_id = kept.model_id;
+  order.model_serial = model->record.robot_serial;
   order.targets = kept.targets;
   order.loop = kept.loop;
   order.readings = kept.readings;

@@ -9,6 +9,7 @@
 #include "core/math/angles.hpp"
 #include "core/math/statistics.hpp"
 #include "core/planted_bug.hpp"
+#include "daemon/campaign/arm_check.hpp"
 #include "daemon/log/log.hpp"
 #include "proto/rpc/events.hpp"
 
@@ -166,7 +167,7 @@ void ModelService::forget() {
 }
 
 ModelService::Lack ModelService::lacks_model(const std::string& why) {
-  return {why, "activate this arm's model, or calibrate it", {"model.activate", "campaign.start"}};
+  return {why, std::string{kNeedsModelOfTheArm}, {"model.activate", "campaign.start"}};
 }
 
 RpcError ModelService::refusal(const Lack& lack) const {
@@ -248,6 +249,7 @@ Reply<rpc::ModelList> ModelService::list(rpc::ModelList request) {
   auto job = [this] { return parts_.store.models(); };
   auto records = co_await parts_.store_thread.ask(job);
   if (!records) co_return std::unexpected(store_unusable(records.error()));
+  for (ModelRecord& record : *records) record.active = is_in_effect(record.id);
   co_return rpc::ModelList::Result{.models = page_of(*records, request, &summary_of),
                                    .total = static_cast<int>(records->size())};
 }
@@ -258,6 +260,7 @@ Reply<rpc::ModelGet> ModelService::get(rpc::ModelGet request) {
   auto read = [record = *record] { return unaltered_model(record); };
   const auto file = co_await parts_.store_thread.ask(read);
   if (!file) co_return std::unexpected(runner_.wrong_state(file.error()));
+  record->active = is_in_effect(record->id);
   rpc::ModelGet::Result result{.model = summary_of(*record)};
   std::ranges::transform(file->parameters, std::back_inserter(result.parameters), parameter_of);
   co_return result;

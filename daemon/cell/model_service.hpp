@@ -84,6 +84,8 @@ class ModelService {
   /// @param by         who started the campaign
   boost::asio::awaitable<void> announce_made(std::string id, bool activated, std::string by);
   std::optional<rpc::ModelSummary> active_summary() const;
+  /// The store keeps the one that was activated, and that may have been refused since.
+  bool is_in_effect(const std::string& id) const { return active_ && active_->record.id == id; }
   /// The last ones, the newest at the end.
   const std::deque<Given>& given() const { return given_; }
 

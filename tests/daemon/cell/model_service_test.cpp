@@ -67,6 +67,7 @@ TEST_F(ModelServiceTest, DoesNotWorkWithAModelOfWhichADigitHasBecomeAnother) {
   EXPECT_THAT(refused("stream.start"), HasSubstr("model m1 is refused"));
   EXPECT_THAT(refused("drift.check"), HasSubstr("model m1 is refused"));
   EXPECT_THAT(refused("targets.compensate", {{"joints", {{0, -90, 90, 0, 30, 0}}}}), HasSubstr("is refused"));
+  EXPECT_EQ(call("model.list")->at_pointer("/models/0/active"), false) << "it is not in effect";
 
   ASSERT_TRUE(call("model.activate", {{"id", "m2"}}));
   EXPECT_EQ(status().at_pointer("/model/id"), "m2");
@@ -107,6 +108,22 @@ TEST_F(ModelServiceTest, NeitherActivatesNorWorksWithAModelOfAnotherArm) {
         refused(needs_one),
         "the active model belongs to arm S2, not to MOCK-0001; allowed: model.activate, campaign.start");
   EXPECT_THAT(refused("campaign.start", {{"kind", "targets"}}), HasSubstr("belongs to arm S2"));
+}
+
+TEST_F(ModelServiceTest, DoesNotWorkWithAModelWhereTheArmThatConnectsIsAnother) {
+  execute("UPDATE model SET robot_serial='S2', yaml=replace(yaml, 'MOCK-0001', 'S2')");
+  seal_again();
+  load();
+  const std::array<json::object, 4> campaigns{
+      json::object{}, {{"kind", "targets"}}, {{"kind", "iso9283"}}, {{"kind", "tool"}, {"number", 1}}};
+  for (const json::object& asked : campaigns) {
+    ASSERT_TRUE(call(asked.empty() ? "drift.check" : "campaign.start", asked)) << control::json_text(asked);
+    play([this]() -> Wait { co_await campaign_ended(); });
+    EXPECT_THAT(fault(), AllOf(HasSubstr("the active model belongs to arm S2, not to MOCK-0001"),
+                               HasSubstr("activate this arm's model, or calibrate it")));
+    call("cell.acknowledge");
+    call("cell.disconnect");
+  }
 }
 
 TEST_F(ModelServiceTest, ForgetsTheFaultOfAModelThatIsDeactivated) {
