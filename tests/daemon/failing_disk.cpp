@@ -11,6 +11,8 @@
 #include <new>
 #include <utility>
 
+#include "tests/daemon_heap.hpp"
+
 namespace truepose::test {
 
 namespace {
@@ -59,6 +61,7 @@ struct DiskFile {
   static int write(sqlite3_file* f, const void* from, int size, sqlite3_int64 offset) {
     const int code = of(f).disk->change(SQLITE_FULL, SQLITE_IOERR_WRITE);
     if (code != SQLITE_OK) return code;
+    const AllocatesFor world{AllocatesFor::World};
     const auto* const bytes = static_cast<const std::uint8_t*>(from);
     of(f).disk->write(*of(f).file, {offset, {bytes, bytes + size}});
     return SQLITE_OK;
@@ -66,12 +69,14 @@ struct DiskFile {
   static int truncate(sqlite3_file* f, sqlite3_int64 size) {
     const int code = of(f).disk->change(SQLITE_OK, SQLITE_IOERR_TRUNCATE);
     if (code != SQLITE_OK) return code;
+    const AllocatesFor world{AllocatesFor::World};
     of(f).disk->write(*of(f).file, {~size, {}});
     return SQLITE_OK;
   }
   static int sync(sqlite3_file* f, int) {
     const int code = of(f).disk->change(SQLITE_OK, SQLITE_IOERR_FSYNC);
     if (code != SQLITE_OK) return code;
+    const AllocatesFor world{AllocatesFor::World};
     FailingDisk::sync(*of(f).file);
     const std::filesystem::path folder = std::exchange(of(f).unsynced_folder, {});
     if (!folder.empty()) of(f).disk->on_folder_sync(folder);
@@ -116,6 +121,7 @@ struct DiskFile {
     auto& regions = of(f).file->shared_memory;
     *memory = nullptr;
     while (extend != 0 && static_cast<int>(regions.size()) <= region) {
+      const AllocatesFor world{AllocatesFor::World};
       const int code = of(f).disk->change(SQLITE_IOERR_SHMSIZE, SQLITE_IOERR_SHMSIZE);
       if (code != SQLITE_OK) return code;
       regions.emplace_back(static_cast<std::size_t>(size));
@@ -157,6 +163,7 @@ struct DiskFile {
   }
 
   static int open(sqlite3_vfs* vfs, const char* name, sqlite3_file* f, int flags, int* opened_with) {
+    const AllocatesFor world{AllocatesFor::World};
     FailingDisk& disk = disk_of(vfs);
     auto* const made = new (f) DiskFile{};
     if (opened_with != nullptr) *opened_with = flags;
@@ -235,6 +242,7 @@ int FailingDisk::change(bool takes_room) {
   ++changes_;
   if (fault_ == Fault::None || changes_ <= healthy_ || changes_ > healthy_ + faults_) return 0;
   if (fault_ == Fault::Broken) return EIO;
+  if (fault_ == Fault::ReadOnly) return EROFS;
   return takes_room ? ENOSPC : 0;
 }
 

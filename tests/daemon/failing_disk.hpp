@@ -27,7 +27,7 @@ class FailingDisk {
   FailingDisk& operator=(const FailingDisk&) = delete;
 
   /// What an operation that changes something ends with from now on.
-  enum class Fault { None, Full, Broken };
+  enum class Fault { None, Full, Broken, ReadOnly };
   /// The first `count` changes from now on succeed, and the `faults` after that fail.
   void fail_after(int count, Fault fault, int faults = 1'000'000);
   void repair() { fail_after(0, Fault::None, 0); }
@@ -43,8 +43,9 @@ class FailingDisk {
   void restore_process();
 
   /// A change of a file that is not SQLite's. @param takes_room  of the disk: a full one refuses it
-  /// @return 0, ENOSPC or EIO
+  /// @return 0, ENOSPC, EIO or EROFS
   int change(bool takes_room);
+  std::size_t files() const { return files_.size(); }
   /// The bytes behind a file of the real disk; null: SQLite has none there.
   std::shared_ptr<File> file_at(const std::filesystem::path& path) const;
   /// Puts them behind another one, where the file system has removed theirs.

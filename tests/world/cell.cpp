@@ -68,6 +68,8 @@ sim::Machine machine(World& world) {
 
 Cell::Files Cell::files(const Change& change) {
   Files files{.cell = cell_config(), .scenario = config::load_scenario(kShipped / "scenarios/demo.yaml")};
+  files.cell.surroundings.obstacles.push_back({{1400, 1400, 0}, {1400, 1400, 1500}, 150});
+  files.scenario.programs.push_back(fs::path{TRUEPOSE_SOURCE_DIR} / "tests/world/sps.sub");
   change(files.cell, files.scenario);
   return files;
 }
@@ -81,5 +83,11 @@ Cell::Cell(std::uint64_t seed, const Change& change)
       pc{world, disk, files_.cell, "run"},
       panel{world, "panel", kToken},
       supervisor{world, "supervisor", kSupervisorsToken} {}
+
+void Cell::change_arm(const std::function<void(config::Scenario&)>& change) {
+  change(scenario);
+  ++arm_changes;
+  devices.exchange_arm(scenario.truth, scenario.robot_serial);
+}
 
 }  // namespace truepose::world

@@ -36,13 +36,16 @@ class Cell {
   const Files files_;
 
  public:
-  const config::Scenario& scenario = files_.scenario;
+  config::Scenario scenario = files_.scenario;  ///< with the arm that is there
   World world;
   test::FailingDisk disk;
   const double max_step_deg;  ///< of the stream, by the cell file
   sim::SimulatedCell devices;
   Eigen::Vector3d tracker_moved_mm{0, 0, 0};  ///< what it reads is off by that since it was bumped
   CellPc pc;
+  /// Exchanges the arm, or what is in it.
+  void change_arm(const std::function<void(config::Scenario&)>& change);
+  int arm_changes = 0;
   Client panel;       ///< with the token of the cell
   Client supervisor;  ///< an operator of the access list
 };

@@ -14,6 +14,7 @@
 #include "daemon/threads/signal.hpp"
 #include "daemon/threads/worker.hpp"
 #include "drivers/net/spawn.hpp"
+#include "tests/daemon_heap.hpp"
 
 namespace truepose::world {
 
@@ -24,11 +25,12 @@ namespace {
 /// Does its jobs on the world's thread, each after the time that a real one may take.
 class WorldWorker final : public daemon::Worker {
  public:
-  WorldWorker(drivers::Clock& clock, std::uint64_t seed, drivers::Duration longest)
-      : clock_{clock}, random_{seed}, longest_{longest} {}
+  WorldWorker(drivers::Clock& clock, std::uint64_t seed, drivers::Duration longest, const double& slowness)
+      : clock_{clock}, random_{seed}, longest_{longest}, slowness_{slowness} {}
 
   asio::awaitable<void> run(std::function<void()> job) override {
-    const auto takes = std::chrono::duration_cast<drivers::Duration>(longest_ * random_.uniform());
+    const auto takes =
+        std::chrono::duration_cast<drivers::Duration>(longest_ * slowness_ * random_.uniform());
     free_ = std::max(free_, clock_.now()) + takes;
     // A cancelled caller still waits for its job.
     auto token = asio::bind_cancellation_slot(asio::cancellation_slot{}, asio::use_awaitable);
@@ -45,6 +47,7 @@ class WorldWorker final : public daemon::Worker {
   drivers::Clock& clock_;
   Random random_;
   drivers::Duration longest_;
+  const double& slowness_;
   drivers::TimePoint free_{};
 };
 
@@ -64,10 +67,10 @@ constexpr std::chrono::milliseconds kRecording{200};
 /// One process of the daemon.
 struct CellPc::Life {
   Life(World& world, const config::CellConfig& config, const std::filesystem::path& runtime,
-       drivers::WallClock wall_clock)
-      : store_thread{world.clock, world.random.next(), kCommit},
-        compute_thread{world.clock, world.random.next(), kIdentification},
-        recorder_thread{world.clock, world.random.next(), kRecording} {
+       drivers::WallClock wall_clock, const double& slowness)
+      : store_thread{world.clock, world.random.next(), kCommit, slowness},
+        compute_thread{world.clock, world.random.next(), kIdentification, slowness},
+        recorder_thread{world.clock, world.random.next(), kRecording, slowness} {
     daemon = daemon::Daemon::start({.io = loop.get_executor(),
                                     .clock = world.clock,
                                     .store_thread = store_thread,
@@ -118,7 +121,10 @@ void CellPc::start() {
     return std::chrono::system_clock::time_point{
         std::chrono::duration_cast<std::chrono::system_clock::duration>(time)};
   };
-  life_ = std::make_unique<Life>(world_, config_, runtime_, wall_clock);
+  read_ = config_;
+  started_ = world_.clock.now();
+  const AllocatesFor daemon{AllocatesFor::Daemon};
+  life_ = std::make_unique<Life>(world_, read_, runtime_, wall_clock, slowness);
 }
 
 void CellPc::stop() {
@@ -140,7 +146,8 @@ void CellPc::lose_power() {
 }
 
 bool CellPc::poll() {
-  if (!life_) return false;
+  if (!life_ || stalls()) return false;
+  const AllocatesFor daemon{AllocatesFor::Daemon};
   life_->loop.restart();
   const bool ran = life_->loop.poll() != 0;
   if (life_->ended && life_->loop.stopped()) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "config/cell_config.hpp"
@@ -28,21 +29,34 @@ class CellPc final : public Process {
   /// The daemon ends at once; of its files stays what was synced, and by chance more.
   void lose_power();
   bool runs() const { return life_ != nullptr; }
+  /// What the daemon that runs has read, and when it was started; null: none runs.
+  const config::CellConfig* running() const { return runs() ? &read_ : nullptr; }
+  drivers::TimePoint started() const { return started_; }
+  /// Edits the cell file, or a file that it names. The daemon reads them when it starts.
+  void edit(const std::function<void(config::CellConfig&)>& change) { change(config_); }
+  /// Until then its processes do not come to run.
+  void stall(drivers::TimePoint until) { stalled_until_ = until; }
+  bool stalls() const { return world_.clock.now() < stalled_until_; }
 
   bool poll() override;
+  /// Files that the world holds open for it.
+  std::size_t open_files() const { return files_.open() + disk_.files(); }
 
   std::chrono::nanoseconds wall_clock_error{0};  ///< of its UTC
   bool has_power = true;                         ///< else nothing starts the daemon again
+  double slowness = 1;                           ///< of its disk and its processor
 
  private:
   struct Life;
 
   World& world_;
   test::FailingDisk& disk_;
-  const config::CellConfig config_;
+  config::CellConfig config_, read_;
+  drivers::TimePoint started_{};
   const std::filesystem::path runtime_;
   PcFiles files_;
   std::unique_ptr<Life> life_;
+  drivers::TimePoint stalled_until_{};
 };
 
 }  // namespace truepose::world

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 namespace truepose::world {
 
@@ -54,6 +55,37 @@ Wait break_disk(Cell& cell, Random& random) {
   return spoil_disk(cell, test::FailingDisk::Fault::Broken, lasting(random, 1s, 2min));
 }
 
+Wait lock_disk(Cell& cell, Random& random) {
+  return spoil_disk(cell, test::FailingDisk::Fault::ReadOnly, lasting(random, 10s, 20min));
+}
+
+Wait slow_disk(Cell& cell, Random& random) {
+  cell.pc.slowness = random.uniform(2, 100);
+  co_await cell.world.pass(lasting(random, 10s, 20min));
+  cell.pc.slowness = 1;
+}
+
+/// As firmware does, or a machine that is moved to another host.
+Wait stall(Cell& cell, Random& random) {
+  const milliseconds time = lasting(random, 20ms, 20s);
+  cell.pc.stall(cell.world.clock.now() + time);
+  cell.world.rsi.cut = true;
+  co_await cell.world.pass(time);
+  cell.world.rsi.cut = false;
+}
+
+/// A link is set to another length, and to the right one later. Each takes effect with a restart.
+Wait edit_robot_file(Cell& cell, Random& random) {
+  const double by_mm = random.uniform(2, 20);
+  const auto lengthen_and_restart = [&cell](double mm) {
+    cell.pc.edit([mm](config::CellConfig& config) { config.robot.model.joints.at(1).a_mm += mm; });
+    cell.pc.stop();
+  };
+  lengthen_and_restart(by_mm);
+  co_await cell.world.pass(lasting(random, 10min, 2h));
+  lengthen_and_restart(-by_mm);
+}
+
 Wait set_clock(Cell& cell, Random& random) {
   cell.pc.wall_clock_error += std::chrono::seconds{static_cast<std::int64_t>(random.uniform(-3600, 3600))};
   co_return;
@@ -78,6 +110,36 @@ Wait silence(Cell& cell, Random& random, const drivers::MemoryNetwork::Ports por
 
 Wait silence_controller(Cell& cell, Random& random) { return silence(cell, random, {kEki, kEkiState}); }
 Wait silence_tracker(Cell& cell, Random& random) { return silence(cell, random, {kTracker}); }
+
+/// Its plug is pulled: no end of a connection learns of it.
+Wait unplug(Cell& cell, Random& random, const drivers::MemoryNetwork::Ports ports) {
+  cell.world.network.power(ports, false);
+  co_await cell.world.pass(lasting(random, 1s, 4min));
+  cell.world.network.power(ports, true);
+}
+
+Wait unplug_controller(Cell& cell, Random& random) { return unplug(cell, random, {kEki, kEkiState}); }
+Wait unplug_tracker(Cell& cell, Random& random) { return unplug(cell, random, {kTracker}); }
+
+Wait slow_network(Cell& cell, Random& random) {
+  cell.world.network.latency = lasting(random, 10ms, 5s);
+  co_await cell.world.pass(lasting(random, 1s, 2min));
+  cell.world.network.latency = {};
+}
+
+/// What scans ports, speaks another protocol, or means to do harm.
+Wait disturb_control_port(Cell& cell, Random& random) {
+  const auto stream = cell.world.network.streams()(cell.world.outside.get_executor());
+  const auto failed = co_await stream->connect("127.0.0.1", kControl);
+  if (failed) co_return;
+  std::string bytes(static_cast<std::size_t>(random.uniform(0, 100'000)), '\0');
+  for (char& byte : bytes) byte = static_cast<char>(random.next());
+  constexpr std::array kBegins{"", "GET / HTTP/1.1\r\n\r\n", "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"",
+                               "\x16\x03\x01", "[[[["};
+  bytes.insert(0, kBegins.at(static_cast<std::size_t>(random.uniform() * kBegins.size())));
+  co_await stream->write(bytes);
+  co_await cell.world.pass(lasting(random, 10ms, 2min));
+}
 
 Wait cut_clients(Cell& cell, Random&) {
   cell.world.network.reset({kControl});
@@ -138,6 +200,27 @@ Wait move_tripod(Cell& cell, Random& random) {
   return bump_tracker(cell, random);
 }
 
+constexpr std::chrono::minutes kExchange{10};
+
+/// Another arm of the same type, with its controller off meanwhile.
+Wait exchange_arm(Cell& cell, Random& random) {
+  config::ScenarioFault off;
+  off.kind = Kind::ControllerRestart;
+  off.lasts = milliseconds{kExchange}.count();
+  cell.devices.begin(off);
+  cell.change_arm([&random](config::Scenario& scenario) {
+    ++scenario.robot_serial;
+    scenario.truth = scenario.nominal;
+    for (Joint& joint : scenario.truth.joints) {
+      joint.a_mm += random.uniform(-0.5, 0.5);
+      joint.d_mm += random.uniform(-0.5, 0.5);
+      joint.theta_rad += random.uniform(-0.003, 0.003);
+      joint.alpha_rad += random.uniform(-0.003, 0.003);
+    }
+  });
+  co_await cell.world.pass(kExchange);
+}
+
 template <Kind kKind, int kBy_mm>
 Wait shift_points(Cell& cell, Random& random) {
   config::ScenarioFault fault;
@@ -161,10 +244,19 @@ constexpr std::array kFaults{
     FaultKind{"power-lost", 1, Waits::ForNothing, &lose_power},
     FaultKind{"disk-full", 0.5, Waits::ForNothing, &fill_disk},
     FaultKind{"disk-broken", 0.5, Waits::ForNothing, &break_disk},
+    FaultKind{"disk-read-only", 0.5, Waits::ForNothing, &lock_disk},
+    FaultKind{"disk-slow", 1, Waits::ForNothing, &slow_disk},
+    FaultKind{"pc-stalled", 2, Waits::ForNothing, &stall},
+    FaultKind{"pc-stalled-in-a-program", 2, Waits::ForRsi, &stall},
+    FaultKind{"robot-file-edited", 0.1, Waits::ForNothing, &edit_robot_file},
     FaultKind{"clock-set", 0.5, Waits::ForNothing, &set_clock},
     FaultKind{"connections-reset", 2, Waits::ForNothing, &reset_connections},
     FaultKind{"controller-silent", 2, Waits::ForNothing, &silence_controller},
     FaultKind{"tracker-link-silent", 2, Waits::ForNothing, &silence_tracker},
+    FaultKind{"controller-unplugged", 1, Waits::ForNothing, &unplug_controller},
+    FaultKind{"tracker-unplugged", 1, Waits::ForNothing, &unplug_tracker},
+    FaultKind{"network-slow", 2, Waits::ForNothing, &slow_network},
+    FaultKind{"foreign-client", 2, Waits::ForNothing, &disturb_control_port},
     FaultKind{"clients-cut", 2, Waits::ForNothing, &cut_clients},
     FaultKind{"rsi-cut", 12, Waits::ForRsi, &cut_rsi},
     FaultKind{"rsi-slow", 6, Waits::ForRsi, &slow_rsi},
@@ -186,6 +278,7 @@ constexpr std::array kFaults{
     FaultKind{"override-set", 2, Waits::ForNothing, &of_kind<Kind::Override, 1'000, 120'000>},
     FaultKind{"controller-restarted", 0.5, Waits::ForNothing,
               &of_kind<Kind::ControllerRestart, 30'000, 180'000>},
+    FaultKind{"arm-exchanged", 0.1, Waits::ForNothing, &exchange_arm},
     FaultKind{"rsi-dropped", 8, Waits::ForRsi, &of_kind<Kind::RsiDrop, 8, 2'000>},
     FaultKind{"rsi-datagrams-lost", 8, Waits::ForRsi, &of_kind<Kind::RsiLoseDatagrams, 8, 2'000>},
     FaultKind{"rsi-replies-lost", 12, Waits::ForRsi, &of_kind<Kind::RsiLoseReplies, 8, 2'000>},

@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "tests/daemon_heap.hpp"
+
 namespace truepose::world {
 
 namespace fs = std::filesystem;
@@ -153,6 +155,7 @@ void PcFiles::forget_removed() {
 bool PcFiles::has(const fs::path& path) const { return is_below(path, folder_) && !is_below(path, runtime_); }
 
 int PcFiles::sync(int descriptor) {
+  const AllocatesFor world{AllocatesFor::World};
   if (const int failed = change(false); failed != 0) return failed;
   const fs::path path = path_of(descriptor);
   if (fs::is_directory(path)) {

@@ -30,6 +30,8 @@ class PcFiles {
   /// Once no process has a file open. The bytes of SQLite's files lose the power with their disk.
   void lose_power();
 
+  /// How many of them this class holds open.
+  std::size_t open() const { return files_.size(); }
   bool has(const std::filesystem::path& path) const;
   /// A change of one of these files. @return 0 or errno
   int change(bool takes_room) { return disk_.change(takes_room); }

@@ -7,20 +7,20 @@
 #include <string>
 
 #include "core/math/random.hpp"
-#include "tests/world/agreement_judge.hpp"
 #include "tests/world/cell.hpp"
-#include "tests/world/correction_judge.hpp"
-#include "tests/world/event_judge.hpp"
-#include "tests/world/files_judge.hpp"
+#include "tests/world/judge/agreement_judge.hpp"
+#include "tests/world/judge/correction_judge.hpp"
+#include "tests/world/judge/event_judge.hpp"
+#include "tests/world/judge/files_judge.hpp"
+#include "tests/world/judge/model_judge.hpp"
+#include "tests/world/judge/point_judge.hpp"
+#include "tests/world/judge/station_judge.hpp"
+#include "tests/world/judge/status_judge.hpp"
+#include "tests/world/judge/tool_judge.hpp"
 #include "tests/world/measuring.hpp"
-#include "tests/world/model_judge.hpp"
 #include "tests/world/orders.hpp"
-#include "tests/world/point_judge.hpp"
 #include "tests/world/reading.hpp"
 #include "tests/world/soak_log.hpp"
-#include "tests/world/station_judge.hpp"
-#include "tests/world/status_judge.hpp"
-#include "tests/world/tool_judge.hpp"
 
 namespace truepose::world {
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/net/spawn.hpp"
+#include "tests/daemon_heap.hpp"
 #include "tools/sim/controller/rsi_exchange.hpp"
 
 namespace truepose::world {
@@ -46,6 +47,7 @@ class RsiCable::Link final : public drivers::RsiLink {
   std::string refused() const override { return {}; }
 
   std::string_view answer(std::string_view datagram, std::uint16_t from) {
+    const AllocatesFor daemon{AllocatesFor::Daemon};
     const drivers::TimePoint now = cable_.clock_.now();
     const std::string_view reply = responder_.answer({datagram, {kController, from}, now});
     ++counters_.received;

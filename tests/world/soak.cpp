@@ -11,25 +11,27 @@
 #include "core/kernels/dispatch.hpp"
 #include "daemon/daemon.hpp"
 #include "drivers/net/spawn.hpp"
-#include "tests/world/agreement_judge.hpp"
 #include "tests/world/answers.hpp"
-#include "tests/world/audit_judge.hpp"
-#include "tests/world/axis_judge.hpp"
 #include "tests/world/cell.hpp"
-#include "tests/world/control_judge.hpp"
-#include "tests/world/correction_judge.hpp"
-#include "tests/world/event_judge.hpp"
 #include "tests/world/faults.hpp"
-#include "tests/world/files_judge.hpp"
+#include "tests/world/judge/agreement_judge.hpp"
+#include "tests/world/judge/audit_judge.hpp"
+#include "tests/world/judge/axis_judge.hpp"
+#include "tests/world/judge/clearance_judge.hpp"
+#include "tests/world/judge/control_judge.hpp"
+#include "tests/world/judge/correction_judge.hpp"
+#include "tests/world/judge/event_judge.hpp"
+#include "tests/world/judge/files_judge.hpp"
+#include "tests/world/judge/model_judge.hpp"
+#include "tests/world/judge/point_judge.hpp"
+#include "tests/world/judge/resource_judge.hpp"
+#include "tests/world/judge/station_judge.hpp"
+#include "tests/world/judge/status_judge.hpp"
+#include "tests/world/judge/stream_judge.hpp"
+#include "tests/world/judge/tool_judge.hpp"
 #include "tests/world/methods.hpp"
-#include "tests/world/model_judge.hpp"
 #include "tests/world/people_at_work.hpp"
-#include "tests/world/point_judge.hpp"
-#include "tests/world/station_judge.hpp"
-#include "tests/world/status_judge.hpp"
-#include "tests/world/stream_judge.hpp"
 #include "tests/world/supervisor.hpp"
-#include "tests/world/tool_judge.hpp"
 
 namespace truepose::world {
 
@@ -89,12 +91,14 @@ class Soak {
     end_ = log_.now() + std::chrono::duration_cast<drivers::Duration>(Days{options_.days});
     const auto executor = cell_.world.outside.get_executor();
     cell_.pc.start();
+    resources_.begun();
     net::spawn(executor, supervise(), net::rethrow);
     for (const FaultKind& kind : fault_kinds()) {
       if (!options_.faults || options_.faults->contains(std::string{kind.name}))
         net::spawn(executor, go_wrong(kind), net::rethrow);
     }
     net::spawn(executor, look_at_arm(), net::rethrow);
+    net::spawn(executor, look_at_clearance(), net::rethrow);
     net::spawn(executor, supervisor_.work(end_), net::rethrow);
     net::spawn(executor, live(), [this](std::exception_ptr failed) {
       net::rethrow(std::move(failed));
@@ -133,13 +137,16 @@ class Soak {
   Wait supervise() {
     while (!over_) {
       co_await cell_.world.pass(2s);
-      if (over_ || cell_.pc.runs() || !cell_.pc.has_power) continue;
+      if (over_ || cell_.pc.runs()) continue;
+      resources_.ended();
+      if (!cell_.pc.has_power) continue;
       states_.restarted(people_.orders().is_last_lost() || supervisor_.orders().is_last_lost());
       controls_.restarted();
       agreement_.restarted();
       stations_.look();  // while none measures
       try {
         cell_.pc.start();
+        resources_.begun();
         ++report_.restarts;
         look_at_files();
       } catch (const daemon::StartError& e) {
@@ -159,6 +166,16 @@ class Soak {
       co_await cell_.world.pass(1s);
       axes_.look(cell_.panel.is_connected() ? states_.state() : "");
       stations_.look();
+      if (!stations_.is_measuring()) resources_.look();
+    }
+  }
+
+  Wait look_at_clearance() {
+    ClearanceJudge clearance{cell_, log_};
+    while (!over_) {
+      // An arm at rest is looked at once a second.
+      co_await cell_.world.pass(stations_.is_measuring() ? 200ms : 1000ms);
+      clearance.look(stations_.is_measuring());
     }
   }
 
@@ -223,6 +240,8 @@ class Soak {
     report_.largest_correction_error_mm = corrections_.largest_error_mm;
     report_.largest_step_deg = stream_.largest_step_deg;
     report_.largest_model_error_mm = models_.largest_error_mm;
+    report_.largest_daemon_bytes = resources_.largest_bytes;
+    report_.largest_left_bytes = resources_.largest_left_bytes;
     return report_;
   }
 
@@ -245,7 +264,8 @@ class Soak {
   ToolJudge tools_{log_};
   EventJudge events_{log_};
   StationJudge stations_{cell_, log_};
-  CorrectionJudge corrections_{log_, cell_.scenario.nominal};
+  CorrectionJudge corrections_{cell_, log_};
+  ResourceJudge resources_{cell_, log_};
   PeopleAtWork people_;
   Supervisor supervisor_;
   SoakReport report_;

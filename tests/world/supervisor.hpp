@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "core/math/random.hpp"
-#include "tests/world/agreement_judge.hpp"
 #include "tests/world/cell.hpp"
+#include "tests/world/judge/agreement_judge.hpp"
 #include "tests/world/orders.hpp"
 #include "tests/world/soak_log.hpp"
 

@@ -13,9 +13,9 @@
 
 #include "tests/trials.hpp"
 #include "tests/world/cell.hpp"
+#include "tests/world/judge/stream_judge.hpp"
 #include "tests/world/people.hpp"
 #include "tests/world/soak.hpp"
-#include "tests/world/stream_judge.hpp"
 
 namespace truepose::world {
 namespace {

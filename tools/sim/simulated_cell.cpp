@@ -384,6 +384,15 @@ void SimulatedCell::put_reflector(const Eigen::Vector3d& p_FS_mm) {
   seen_.reset();
 }
 
+void SimulatedCell::exchange_arm(const RobotModel& truth, int serial) {
+  scenario_.truth = truth;
+  scenario_.robot_serial = serial;
+  arm_ = TrueArm{arm_setup(scenario_), noise_random_.next()};
+  sight_ = sight_of(scenario_);
+  seen_.reset();
+  controller_.exchange_arm(serial);
+}
+
 void SimulatedCell::jog(const JointVector& q) {
   pass_time();
   if (const auto jogged = controller_.jog(q); !jogged) throw std::invalid_argument{jogged.error()};

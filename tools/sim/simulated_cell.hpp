@@ -64,6 +64,8 @@ class SimulatedCell : private EkiListener, private SimulatedTarget {
 
   /// Moves the arm's first reflector to another place on the flange, opened as before.
   void put_reflector(const Eigen::Vector3d& p_FS_mm);
+  /// Another arm stands there, or the same one with other errors, as after the exchange of a motor.
+  void exchange_arm(const RobotModel& truth, int serial);
   /// Jogs the arm to these axes. Throws std::invalid_argument where that cannot be done.
   void jog(const JointVector& q);
   /// A fault that begins now.

@@ -1,4 +1,4 @@
-#include "tests/world/arm.hpp"
+#include "tests/world/judge/arm.hpp"
 
 #include <cmath>
 #include <cstdint>

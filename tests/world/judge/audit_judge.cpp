@@ -1,4 +1,4 @@
-#include "tests/world/audit_judge.hpp"
+#include "tests/world/judge/audit_judge.hpp"
 
 #include <algorithm>
 #include <boost/json/parse.hpp>

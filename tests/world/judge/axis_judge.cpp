@@ -1,9 +1,9 @@
-#include "tests/world/axis_judge.hpp"
+#include "tests/world/judge/axis_judge.hpp"
 
 #include <chrono>
 #include <numbers>
 
-#include "tests/world/rsi_attribute.hpp"
+#include "tests/world/judge/rsi_attribute.hpp"
 
 namespace truepose::world {
 

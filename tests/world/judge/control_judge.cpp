@@ -1,4 +1,4 @@
-#include "tests/world/control_judge.hpp"
+#include "tests/world/judge/control_judge.hpp"
 
 #include <algorithm>
 #include <boost/json/serialize.hpp>

@@ -1,4 +1,4 @@
-#include "tests/world/event_judge.hpp"
+#include "tests/world/judge/event_judge.hpp"
 
 #include <algorithm>
 #include <boost/json/array.hpp>

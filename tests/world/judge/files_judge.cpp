@@ -1,4 +1,4 @@
-#include "tests/world/files_judge.hpp"
+#include "tests/world/judge/files_judge.hpp"
 
 #include <fmt/format.h>
 

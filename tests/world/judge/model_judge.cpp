@@ -1,11 +1,11 @@
-#include "tests/world/model_judge.hpp"
+#include "tests/world/judge/model_judge.hpp"
 
 #include <algorithm>
 #include <boost/json/serialize.hpp>
 
 #include "tests/world/answers.hpp"
-#include "tests/world/model_list.hpp"
-#include "tests/world/truth_judge.hpp"
+#include "tests/world/judge/model_list.hpp"
+#include "tests/world/judge/truth_judge.hpp"
 
 namespace truepose::world {
 
@@ -37,6 +37,7 @@ asio::awaitable<void> ModelJudge::compare_with_truth(Client& client) {
   const json::value answer = co_await client.ask("model.get");
   if (!is_result(answer)) co_return;
   const json::object& model = result_of(answer).at("model").as_object();
+  if (text_at(model, "robot_serial") != std::to_string(truth_.robot_serial)) co_return;
   const double error_mm = mean_error_mm(result_of(answer).at("parameters").as_array(), truth_);
   if (trusted_.erase(text_at(model, "id")) == 0) co_return;
   log_.trace("truth", text_at(model, "id") + ": " + std::to_string(error_mm) + " mm");

@@ -1,4 +1,4 @@
-#include "tests/world/model_list.hpp"
+#include "tests/world/judge/model_list.hpp"
 
 #include <cstddef>
 #include <utility>

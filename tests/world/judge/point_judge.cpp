@@ -1,4 +1,4 @@
-#include "tests/world/point_judge.hpp"
+#include "tests/world/judge/point_judge.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "tests/world/answers.hpp"
-#include "tests/world/truth_judge.hpp"
+#include "tests/world/judge/truth_judge.hpp"
 
 namespace truepose::world {
 

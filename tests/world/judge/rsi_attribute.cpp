@@ -1,4 +1,4 @@
-#include "tests/world/rsi_attribute.hpp"
+#include "tests/world/judge/rsi_attribute.hpp"
 
 #include <cstdlib>
 

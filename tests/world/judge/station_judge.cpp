@@ -1,4 +1,4 @@
-#include "tests/world/station_judge.hpp"
+#include "tests/world/judge/station_judge.hpp"
 
 #include <algorithm>
 #include <array>

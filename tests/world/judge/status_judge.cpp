@@ -1,4 +1,4 @@
-#include "tests/world/status_judge.hpp"
+#include "tests/world/judge/status_judge.hpp"
 
 #include <boost/json/array.hpp>
 #include <utility>

@@ -1,9 +1,9 @@
-#include "tests/world/stream_judge.hpp"
+#include "tests/world/judge/stream_judge.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "tests/world/rsi_attribute.hpp"
+#include "tests/world/judge/rsi_attribute.hpp"
 
 namespace truepose::world {
 

@@ -1,4 +1,4 @@
-#include "tests/world/tool_judge.hpp"
+#include "tests/world/judge/tool_judge.hpp"
 
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>

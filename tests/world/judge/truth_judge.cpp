@@ -1,10 +1,10 @@
-#include "tests/world/truth_judge.hpp"
+#include "tests/world/judge/truth_judge.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
 
 #include "core/math/random.hpp"
-#include "tests/world/arm.hpp"
+#include "tests/world/judge/arm.hpp"
 
 namespace truepose::world {
 

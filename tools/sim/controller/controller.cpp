@@ -250,6 +250,11 @@ void Controller::operate(OperatorAct act) {
   }
 }
 
+void Controller::exchange_arm(int serial) {
+  const std::lock_guard lock{mutex_};
+  setup_.serial = serial;
+}
+
 std::expected<void, std::string> Controller::jog(const JointVector& q) {
   const std::lock_guard lock{mutex_};
   if (mode_ > kT2) return std::unexpected("jog: expected the key at T1 or T2");

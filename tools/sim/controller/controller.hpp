@@ -117,6 +117,8 @@ class Controller final : public RsiProgram, private krl::Host {
   /// Error: why it is not moved, as by a program that runs.
   std::expected<void, std::string> jog(const JointVector& q);
   std::vector<std::string> take_messages();
+  /// Another arm is connected, with this serial number.
+  void exchange_arm(int serial);
 
   // ---- The arm
 
