@@ -68,6 +68,7 @@ sim::Machine machine(World& world) {
 
 Cell::Files Cell::files(const Change& change) {
   Files files{.cell = cell_config(), .scenario = config::load_scenario(kShipped / "scenarios/demo.yaml")};
+  files.cell.campaign.candidates = 500;  // a plan is a tenth of a soak's time by 2000
   files.cell.surroundings.obstacles.push_back({{1400, 1400, 0}, {1400, 1400, 1500}, 150});
   files.scenario.programs.push_back(fs::path{TRUEPOSE_SOURCE_DIR} / "tests/world/sps.sub");
   change(files.cell, files.scenario);

@@ -62,6 +62,8 @@ ClearanceJudge::Post ClearanceJudge::tracker_of(const Cell& cell) {
 
 void ClearanceJudge::look(bool campaign_measures) {
   const JointVector q_rad = cell_.devices.axes();
+  if (q_rad_.size() > 0 && q_rad == q_rad_) return;
+  q_rad_ = q_rad;
   const bool clear = is_clear(q_rad);
   if (was_clear_ && !clear && campaign_measures && !log_.was_jogged(2s))
     log_.broken("the arm is driven into what stands about it");

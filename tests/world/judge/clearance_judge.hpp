@@ -31,7 +31,8 @@ class ClearanceJudge {
   SoakLog& log_;
   std::vector<Arm> parts_;  // each as far as one of its points: shoulder, elbow, wrist, tool
   std::vector<Post> posts_;
-  bool was_clear_ = false;  // at the last look
+  JointVector q_rad_;       // at the last look
+  bool was_clear_ = false;  // then
 };
 
 }  // namespace truepose::world
