@@ -240,6 +240,7 @@ class Soak {
     report_.largest_correction_error_mm = corrections_.largest_error_mm;
     report_.largest_step_deg = stream_.largest_step_deg;
     report_.largest_model_error_mm = models_.largest_error_mm;
+    report_.largest_model_ratio = models_.largest_ratio;
     report_.largest_daemon_bytes = resources_.largest_bytes;
     report_.largest_left_bytes = resources_.largest_left_bytes;
     return report_;

@@ -34,6 +34,7 @@ struct SoakReport {
                 corrections_compared = 0, cycles = 0, sessions = 0;
   double largest_step_deg = 0, largest_point_error_mm = 0, largest_model_error_mm = 0;
   double largest_correction_error_mm = 0;
+  double largest_model_ratio = 0;  ///< of a green model's error to its validation's
   std::int64_t largest_daemon_bytes = 0, largest_left_bytes = 0;  ///< of memory; left by one that has ended
   std::set<std::string> methods;                                  ///< that clients asked for
   std::map<std::string, int> faults;                              ///< that happened, by their names

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/json/serialize.hpp>
+#include <utility>
 
 #include "tests/world/answers.hpp"
 #include "tests/world/judge/model_list.hpp"
@@ -14,7 +15,9 @@ namespace json = boost::json;
 
 namespace {
 
-constexpr double kBadModel_mm = 0.5;  // of 12 poses, over a wide range
+// Of 12 poses, over a wide range.
+constexpr double kBadModel_mm = 0.5;
+constexpr double kWorseThanSaid = 2;
 
 }  // namespace
 
@@ -34,9 +37,12 @@ asio::awaitable<void> ModelJudge::look(Client& client) {
 }
 
 asio::awaitable<void> ModelJudge::compare_with_truth(Client& client) {
-  const json::value answer = co_await client.ask("model.get");
+  const json::value status = co_await client.ask("cell.status");
+  if (!is_result(status) || result_of(status).at("model").is_null()) co_return;
+  const json::object& model = result_of(status).at("model").as_object();
+  json::object which{{"id", model.at("id")}};
+  const json::value answer = co_await client.ask("model.get", std::move(which));
   if (!is_result(answer)) co_return;
-  const json::object& model = result_of(answer).at("model").as_object();
   if (text_at(model, "robot_serial") != std::to_string(truth_.robot_serial)) co_return;
   const double error_mm = mean_error_mm(result_of(answer).at("parameters").as_array(), truth_);
   if (trusted_.erase(text_at(model, "id")) == 0) co_return;
@@ -44,6 +50,14 @@ asio::awaitable<void> ModelJudge::compare_with_truth(Client& client) {
   largest_error_mm = std::max(largest_error_mm, error_mm);
   if (error_mm > kBadModel_mm)
     log_.broken("an active model is wrong by " + std::to_string(error_mm) + " mm: " + json::serialize(model));
+  const json::value& said = model.at("validation_after_mm");
+  const bool is_green = !model.contains("warning") && said.is_double();
+  if (!is_green) co_return;
+  const double ratio = error_mm / said.as_double();
+  largest_ratio = std::max(largest_ratio, ratio);
+  if (ratio > kWorseThanSaid)
+    log_.broken("a green model is wrong by " + std::to_string(ratio) +
+                " times what its validation says: " + json::serialize(model));
 }
 
 }  // namespace truepose::world

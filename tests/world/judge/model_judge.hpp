@@ -12,7 +12,7 @@
 namespace truepose::world {
 
 /// Judges models: at most one is active, and one that its campaign activated is about as good as it was found
-/// to be.
+/// to be, everywhere.
 class ModelJudge {
  public:
   ModelJudge(SoakLog& log, const config::Scenario& truth) : log_{log}, truth_{truth} {}
@@ -21,7 +21,7 @@ class ModelJudge {
   void take(const boost::json::object& change);
   boost::asio::awaitable<void> look(Client& client);
 
-  double largest_error_mm = 0;
+  double largest_error_mm = 0, largest_ratio = 0;  ///< to what the model says of itself
 
  private:
   boost::asio::awaitable<void> compare_with_truth(Client& client);
