@@ -16,7 +16,7 @@ struct ModelFile;
 struct TableReading;
 
 /// A tool as it was measured. It keeps the readings, since what they say depends on the model: for another
-/// one it is reckoned again.
+/// one it is computed again.
 struct ToolFile {
   int number = 1;                                                  ///< of TOOL_DATA
   std::string arm;                                                 ///< name of the nominal robot

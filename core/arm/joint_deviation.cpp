@@ -21,7 +21,7 @@ bool bends_under_torque(const RobotModel& robot) {
   });
 }
 
-/// The frames by which torques are reckoned, where there are any.
+/// The frames by which torques are computed, where there are any.
 void torque_frames(const RobotModel& robot, const JointVector& q, LinkFrames& X_B) {
   const std::vector<Joint>& joints = robot.torque_joints.empty() ? robot.joints : robot.torque_joints;
   if (bends_under_torque(robot)) link_frames(joints, robot.coupling, q, X_B);

@@ -32,7 +32,7 @@ JointVector true_joints(const RobotModel& robot, const JointVector& q, Approach 
 JointVector true_joints(const RobotModel& robot, const JointVector& q, std::span<const double> basis);
 
 /// Whether the bases change with the parameters of the arm's own links, by which its torques are then
-/// reckoned, and not with the encoders alone.
+/// computed, and not with the encoders alone.
 bool bases_follow_links(const RobotModel& robot);
 
 /// Whether the term moves its joint or carriage along (mm), and does not turn it (rad).

@@ -101,7 +101,7 @@ struct RobotModel {
   std::vector<LinkMass> masses;  ///< one per joint, or empty: not known
   /// What the flange carries; nothing: not known, or among the masses.
   std::optional<LinkMass> payload;
-  /// The data sheet's joints, by which gravity torques are reckoned, so that these do not change while the
+  /// The data sheet's joints, by which gravity torques are computed, so that these do not change while the
   /// arm is identified; empty: `joints`.
   std::vector<Joint> torque_joints;
   Eigen::Vector3d gravity_B{0, 0, -1};         ///< direction of gravity in the base frame, unit length

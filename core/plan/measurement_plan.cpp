@@ -92,11 +92,21 @@ void most_informative_first(std::vector<std::size_t>& chosen, const DesignProble
   }
 }
 
-/// Random candidates that were not chosen.
+/// Whether the reflector that is measured at a candidate is identified: shown at so many of the chosen poses
+/// that its place on the flange does not follow from one measurement.
+bool is_identified(const MeasurementPlan& plan, std::size_t candidate) {
+  constexpr std::ptrdiff_t kFewest = 3;
+  const std::vector<int>& seen = plan.candidates.seen;
+  return seen.empty() || std::ranges::count_if(plan.chosen, [&](std::size_t k) {
+                           return seen[k] == seen[candidate];
+                         }) >= kFewest;
+}
+
+/// Random candidates that were not chosen, of reflectors that are identified.
 std::vector<JointVector> draw_validation(const MeasurementPlan& plan, int count, Random& random) {
   std::vector<std::size_t> others;
   for (std::size_t k = 0; k < plan.candidates.poses.size(); ++k) {
-    if (std::ranges::find(plan.chosen, k) == plan.chosen.end()) others.push_back(k);
+    if (std::ranges::find(plan.chosen, k) == plan.chosen.end() && is_identified(plan, k)) others.push_back(k);
   }
   shuffle(others, random);
   others.resize(std::min(others.size(), static_cast<std::size_t>(count)));

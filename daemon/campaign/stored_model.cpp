@@ -23,15 +23,15 @@ WhyNot altered_text(const ModelRecord& record) {
                    now.c_str(), record.sha256.c_str());
 }
 
-/// By their reflector's name, which the model has to know.
-std::expected<std::vector<config::ValidationPoint>, std::string> validation_points(
-    const CalibratedCell& cell, std::span<const StoredPoint> points) {
+/// Those of reflectors that the model knows: by another one, which no pose to identify from had shown, it was
+/// not validated.
+std::vector<config::ValidationPoint> validation_points(const CalibratedCell& cell,
+                                                       std::span<const StoredPoint> points) {
   std::vector<config::ValidationPoint> found;
   for (const StoredPoint& point : points) {
     if (point.purpose != PointPurpose::Validate) continue;
     const auto smr = std::ranges::find(cell.reflectors, point.smr, &Reflector::name);
-    if (smr == cell.reflectors.end())
-      return std::unexpected("it knows no reflector \"" + point.smr + "\", by which it was validated");
+    if (smr == cell.reflectors.end()) continue;
     const auto index = static_cast<int>(smr - cell.reflectors.begin());
     found.push_back({point.q_actual, index, point.direction, {}, *point.p_WS_mm});
   }
@@ -48,8 +48,7 @@ WhyNot other_error(const ModelRecord& record, const config::ModelFile& model,
                    std::span<const StoredPoint> points) {
   const CalibratedCell& cell = model.cell;
   const auto validation = may_be_corrected(points) ? model.validation : validation_points(cell, points);
-  if (!validation) return validation.error();
-  return config::other_error(cell, *validation, record.validation_after_mm);
+  return config::other_error(cell, validation, record.validation_after_mm);
 }
 
 bool same_joints(const RobotModel& nominal, const RobotModel& calibrated,

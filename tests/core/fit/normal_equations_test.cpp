@@ -388,7 +388,7 @@ TEST(ReweightedSteps, GoWhereOneIterationOfAFitGoesWhetherOrNotWholeStepsDescend
     Problem at = problem(kr210(false), 2, 40, 0.05, random);
     const std::vector<int> geometry = kept_parameters(at);
     if (trial % 2 == 0) add_deviations(at, random);
-    // Torques that are reckoned by the links that move.
+    // Torques that are computed by the links that move.
     if (trial % 4 == 0) at.start.robot.torque_joints.clear();
     if (trial % 3 == 0) add_prior(at, random);
     for (Joint& joint : at.start.robot.joints) joint.theta_rad += trial % 5 * 0.3 * random.uniform(-1, 1);

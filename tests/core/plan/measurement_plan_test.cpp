@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -155,6 +156,28 @@ TEST(MeasurementPlan, ValidatesOnPosesThatItDoesNotIdentifyFrom) {
     EXPECT_EQ(std::ranges::count(planned->validate, q), 1);
     EXPECT_EQ(std::ranges::count(planned->candidates.poses, q), 1);
   }
+}
+
+TEST(MeasurementPlan, ValidatesByReflectorsThatItIdentifies) {
+  CalibratedCell cell = test::planning_cell();
+  cell.reflectors.push_back({"2", {-70, 40, 180}});
+  Scene scene = test::planning_scene();
+  scene.sight.further = {{{-70, 40, 180}, {-0.6, 0.4, 0.7}, scene.sight.acceptance_rad / 2}};
+  PoseChecker checker{scene};
+  int left_out = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    PlanOptions few = options();
+    few.seed = seed;
+    few.poses = 12;
+    few.validate = 20;
+    const auto planned = plan_measurements(cell, scene, few);
+    ASSERT_TRUE(planned) << planned.error();
+    std::map<int, int> identified;
+    for (const JointVector& q : planned->poses) ++identified[checker.seen_at(q).front()];
+    left_out += identified[1] < 3;
+    for (const JointVector& q : planned->validate) EXPECT_GE(identified[checker.seen_at(q).front()], 3);
+  }
+  EXPECT_GT(left_out, 0) << "else this proves nothing";
 }
 
 TEST(MeasurementPlan, SaysWhyTheSceneLeavesTooFewPoses) {

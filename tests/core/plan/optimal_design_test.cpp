@@ -35,7 +35,7 @@ Eigen::MatrixXd covariance(const DesignProblem& problem, const std::vector<std::
   return M.inverse();
 }
 
-/// What a criterion says of a design, reckoned from nothing.
+/// What a criterion says of a design, computed from nothing.
 double cost(const DesignProblem& problem, DesignCriterion criterion, const std::vector<std::size_t>& chosen) {
   const Eigen::MatrixXd C = covariance(problem, chosen);
   if (criterion == DesignCriterion::D) return std::log(C.determinant());

@@ -64,6 +64,16 @@ TEST_F(StoredModelTest, IsTakenAsItWasMade) {
   EXPECT_LT(made.largest_correction_deg, 10) << "every pose can be corrected";
 }
 
+TEST_F(StoredModelTest, IsTakenWherePointsOfAReflectorWereLeftOutThatWasNotIdentified) {
+  const auto validates = std::ranges::find(result.points, PointPurpose::Validate, &StoredPoint::purpose);
+  ASSERT_NE(validates, result.points.end());
+  StoredPoint other = *validates;
+  other.smr = "another";
+  other.p_WS_mm->x() += 100;
+  result.points.push_back(other);
+  EXPECT_EQ(refusal(made), "");
+}
+
 TEST_F(StoredModelTest, IsRefusedWhicheverOfItsDigitsIsAnother) {
   int digits = 0;
   for (std::size_t i = 0; i < made.yaml.size(); ++i) {

@@ -192,7 +192,7 @@ TEST_F(TouchedBaseServiceTest, AnInterruptedOneKeepsItsTouchesAndGoesOnWithTheNe
   const std::string id = store->last_campaign().value()->id;
   EXPECT_EQ(store->last_campaign().value()->state, "interrupted");
   EXPECT_EQ(call("cell.status")->at_pointer("/interrupted/0/done"), 2);
-  // Whatever is in use meanwhile, the rest is touched by the same tool and reckoned by the same model.
+  // Whatever is in use meanwhile, the rest is touched by the same tool and computed by the same model.
   EXPECT_TRUE(call("tool.deactivate", {{"number", 3}}));
   EXPECT_TRUE(call("model.activate", {{"id", "m2"}}));
   play([&]() -> Wait {

@@ -61,7 +61,8 @@ void PointJudge::compare_with_truth(const std::string& campaign, const json::obj
   const json::array& p = measurement.at("p_mm").as_array();
   const Eigen::Vector3d p_mm{p[0].to_number<double>(), p[1].to_number<double>(), p[2].to_number<double>()};
   const config::Scenario& truth = cell_.scenario;
-  const Eigen::Vector3d off_mm = p_mm - true_point_mm(cell_.devices.axes(), truth);
+  const Eigen::Vector3d off_mm =
+      p_mm - true_point_mm(cell_.devices.axes(), text_at(measurement, "smr"), truth);
   const Eigen::Vector3d &moved_mm = cell_.tracker_moved_mm,
                         &moved_before_mm = campaigns_.at(campaign).tracker_moved_mm;
   const double error_mm = (off_mm - moved_mm).norm();

@@ -8,10 +8,16 @@
 
 namespace truepose::world {
 
-Eigen::Vector3d true_point_mm(const JointVector& q_rad, const config::Scenario& truth) {
+Eigen::Vector3d true_point_mm(const JointVector& q_rad, const std::string& reflector,
+                              const config::Scenario& truth) {
   std::array<double, 6> q{};
   for (std::size_t i = 0; i < q.size(); ++i) q[i] = q_rad[static_cast<Eigen::Index>(i)];
-  const Arm::Vector p_mm = true_arm(truth).point(q);
+  Arm arm = true_arm(truth);
+  const bool is_second = reflector == "2";
+  if (is_second)
+    for (std::size_t i = 0; i < 3; ++i)
+      arm.reflector[i] = truth.further_reflectors.at(0).p_FS_mm[static_cast<Eigen::Index>(i)];
+  const Arm::Vector p_mm = arm.point(q);
   return {p_mm[0], p_mm[1], p_mm[2]};
 }
 
