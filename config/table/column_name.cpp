@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <initializer_list>
 #include <span>
 #include <utility>
 
@@ -34,30 +35,75 @@ std::string compact(std::string_view name) {
 
 /// "q1" of "a1", "joint1"; with any number, 0 included.
 std::string joint_name(std::string_view name) {
-  constexpr std::array<std::string_view, 7> kBefore{
-      "aipos", "axisact", "jointpositions", "jointposition", "actualposition", "actual", "jointstate"};
-  constexpr std::array<std::string_view, 14> kFamilies{"q",          "a",        "j",    "jt",        "joint",
-                                                       "jointangle", "jointpos", "axis", "axisangle", "achse",
-                                                       "achswinkel", "theta",    "th",   "\xCE\xB8"};
+  constexpr std::array<std::string_view, 8> kBefore{"aipos",          "axisact",       "axisactmeas",
+                                                    "jointpositions", "jointposition", "actualposition",
+                                                    "actual",         "jointstate"};
+  constexpr std::array<std::string_view, 22> kFamilies{"gelenk",
+                                                       "q",
+                                                       "a",
+                                                       "j",
+                                                       "jt",
+                                                       "joint",
+                                                       "jointa",
+                                                       "jointangle",
+                                                       "jointpos",
+                                                       "axis",
+                                                       "axisangle",
+                                                       "achse",
+                                                       "achswinkel",
+                                                       "theta",
+                                                       "th",
+                                                       "\xCE\xB8",
+                                                       "rax",
+                                                       "axe",
+                                                       "asse",
+                                                       "eje",
+                                                       "\xE8\xBD\xB4",
+                                                       "\xE5\x85\xB3\xE8\x8A\x82"};
+  for (const std::string_view actual : {"actual", "act", "istwert", "ist", "measured", "meas"})
+    if (name.ends_with(actual)) {
+      name.remove_suffix(actual.size());
+      break;
+    }
   const auto digits = name.find_last_not_of("0123456789") + 1;
   if (digits == name.size() || digits == 0 || name.size() - digits > 2) return {};
-  const std::string_view family = name.substr(0, digits), number = name.substr(digits);
+  const std::string_view family = name.substr(0, digits);
+  std::string_view number = name.substr(digits);
+  if (number.size() > 1 && number[0] == '0') number.remove_prefix(1);
   const bool is_known = std::ranges::any_of(kFamilies, [&](std::string_view each) {
     return family == each || std::ranges::any_of(kBefore, [&](std::string_view before) {
              return family.starts_with(before) && family.substr(before.size()) == each;
            });
   });
-  if (!is_known || (number.size() > 1 && number[0] == '0')) return {};
+  if (!is_known) return {};
   std::string joint = "q";
   return joint += number;
 }
 
 /// "x" of "pos_x" and "x_measured"; no name says the tracker's and the robot's own position alike.
 std::string coordinate_name(std::string_view name) {
-  constexpr std::array<std::string_view, 17> kAround{
-      "pos",          "position", "tracker",        "meas", "measured",  "coord",    "coordinate",
-      "coordinates",  "point",    "trackerpos",     "smr",  "reflector", "gemessen", "messpunkt",
-      "lasertracker", "smrpos",   "trackerposition"};
+  constexpr std::array<std::string_view, 22> kAround{"pos",
+                                                     "position",
+                                                     "tracker",
+                                                     "meas",
+                                                     "measured",
+                                                     "coord",
+                                                     "coordinate",
+                                                     "coordinates",
+                                                     "point",
+                                                     "trackerpos",
+                                                     "smr",
+                                                     "reflector",
+                                                     "gemessen",
+                                                     "messpunkt",
+                                                     "lasertracker",
+                                                     "smrpos",
+                                                     "trackerposition",
+                                                     "lt",
+                                                     "laser",
+                                                     "mesure",
+                                                     "mesur\xC3\xA9",
+                                                     "\xE5\x9D\x90\xE6\xA0\x87"};
   for (const char axis : {'x', 'y', 'z'}) {
     if (name.size() == 1 && name[0] == axis) return {axis};
     const bool is_known = std::ranges::any_of(kAround, [&](std::string_view each) {
@@ -123,22 +169,31 @@ std::pair<std::string_view, std::string> unit_at_end(std::string_view header) {
 }  // namespace
 
 std::string unit_word(std::string_view word) {
-  using Word = std::pair<std::string_view, std::string_view>;
-  constexpr std::array kUnits{Word{"deg", "deg"},        Word{"degree", "deg"},     Word{"degrees", "deg"},
-                              Word{"grad", "deg"},       Word{"\xC2\xB0", "deg"},   Word{"\xC2\xBA", "deg"},
-                              Word{"deg.", "deg"},       Word{"rad", "rad"},        Word{"radian", "rad"},
-                              Word{"radians", "rad"},    Word{"mm", "mm"},          Word{"millimeter", "mm"},
-                              Word{"millimeters", "mm"}, Word{"millimetre", "mm"},  Word{"millimetres", "mm"},
-                              Word{"cm", "cm"},          Word{"centimeter", "cm"},  Word{"centimeters", "cm"},
-                              Word{"centimetre", "cm"},  Word{"centimetres", "cm"}, Word{"m", "m"},
-                              Word{"meter", "m"},        Word{"meters", "m"},       Word{"metre", "m"},
-                              Word{"metres", "m"},       Word{"in", "inch"},        Word{"inch", "inch"},
-                              Word{"inches", "inch"},    Word{"zoll", "inch"},      Word{"\"", "inch"}};
+  struct Unit {
+    std::string_view unit;
+    std::initializer_list<std::string_view> words;
+  };
+  static const std::array kUnits{
+      Unit{"deg", {"deg", "degree", "degrees", "grad", "\xC2\xB0", "\xC2\xBA", "deg.", "\xE5\xBA\xA6"}},
+      Unit{"rad", {"rad", "radian", "radians", "\xE5\xBC\xA7\xE5\xBA\xA6"}},
+      Unit{"gon", {"gon", "grade", "grades", "gradian", "gradians"}},
+      Unit{"mm",
+           {"mm", "millimeter", "millimeters", "millimetre", "millimetres", "\xE6\xAF\xAB\xE7\xB1\xB3"}},
+      Unit{"cm", {"cm", "centimeter", "centimeters", "centimetre", "centimetres"}},
+      Unit{"m", {"m", "meter", "meters", "metre", "metres", "\xE7\xB1\xB3"}},
+      Unit{"um",
+           {"um", "\xC2\xB5m", "\xCE\xBCm", "micron", "microns", "micrometer", "micrometers", "micrometre"}},
+      Unit{"inch", {"in", "inch", "inches", "zoll", "\""}},
+      Unit{"mrad", {"mrad"}},
+      Unit{"arcmin", {"arcmin"}},
+      Unit{"arcsec", {"arcsec"}},
+      Unit{"dm", {"dm"}},
+      Unit{"feet", {"ft", "foot", "feet"}}};
   std::string plain = lower(trimmed_name(word));
   if (plain.size() > 2 && std::string_view{"[("}.contains(plain.front()))
     plain = plain.substr(1, plain.size() - 2);
-  for (const auto& [unit_name, unit] : kUnits)
-    if (plain == unit_name) return std::string{unit};
+  for (const auto& [unit, words] : kUnits)
+    if (std::ranges::find(words, plain) != words.end()) return std::string{unit};
   return {};
 }
 
@@ -169,9 +224,46 @@ bool is_key_name(std::string_view header) {
   return std::ranges::find(kKeys, compact(lower(trimmed_name(header)))) != kKeys.end();
 }
 
+bool names_a_sum(std::string_view field) {
+  constexpr std::array<std::string_view, 17> kSums{
+      "sum",     "total",  "mean",       "average", "avg",
+      "min",     "max",    "std",        "stdev",   "range",
+      "summe",   "mittel", "mittelwert", "median",  "standardabweichung",
+      "moyenne", "somme"};
+  return std::ranges::find(kSums, lower(trimmed_name(field))) != kSums.end();
+}
+
 bool may_be_joint(std::string_view header) {
   const std::string name = lower(header);
   return std::ranges::any_of(std::array{"joint", "axis", "achs", "position"},
+                             [&](const char* word) { return name.contains(word); });
+}
+
+bool may_be_coordinate(std::string_view header, char axis) {
+  constexpr std::array<std::string_view, 47> kNoReading{
+      "temp",      "nom",    "nominal",  "soll",   "sollwert", "cmd",        "command",  "commanded",
+      "set",       "target", "ziel",     "std",    "sdev",     "stdev",      "sigma",    "dev",
+      "deviation", "abw",    "error",    "err",    "delta",    "diff",       "rms",      "unc",
+      "u",         "s",      "d",        "tol",    "robot",    "programmed", "residual", "tcp",
+      "tool",      "flange", "force",    "torque", "moment",   "velocity",   "vel",      "acc",
+      "angle",     "euler",  "rotation", "normal", "offset",   "corr",       "rkorr"};
+  bool has_axis = false;
+  std::string word;
+  for (const char c : lower(header) + ' ') {
+    if (std::isalnum(static_cast<unsigned char>(c)) || static_cast<unsigned char>(c) >= 0x80) {
+      word += c;
+      continue;
+    }
+    if (std::ranges::find(kNoReading, word) != kNoReading.end()) return false;
+    has_axis |= word == std::string_view{&axis, 1};
+    word.clear();
+  }
+  return has_axis;
+}
+
+bool names_the_tracker(std::string_view header) {
+  const std::string name = lower(header);
+  return std::ranges::any_of(std::array{"track", "smr", "laser", "lt", "mea", "mes", "refl"},
                              [&](const char* word) { return name.contains(word); });
 }
 

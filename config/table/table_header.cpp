@@ -143,13 +143,19 @@ void refuse_rows_of_columns(const std::vector<CsvRow>& records, const std::strin
 
 void refuse_header(const std::vector<CsvRow>& records, const std::string& file, const TableForm& form) {
   const std::vector<std::string>& needed = form.needed.front();
-  if (is_of_numbers(records.front()))
-    throw ConfigError(file + ": has no header: its first row (line " + std::to_string(records.front().line) +
-                      ") is of numbers. Say what its " + std::to_string(records.front().fields.size()) +
+  const auto uncommented = std::ranges::find_if_not(records, is_comment);
+  const CsvRow& first = uncommented == records.end() ? records.front() : *uncommented;
+  if (is_of_numbers(first))
+    throw ConfigError(file + ": has no header: its first row (line " + std::to_string(first.line) +
+                      ") is of numbers. Say what its " + std::to_string(first.fields.size()) +
                       " columns are: --columns " + choice_of(needed, true) + ", or write a header row");
   if (std::ranges::any_of(kOfOtherFiles, [&](const char* end) { return file.ends_with(end); }))
     throw ConfigError(file + ": is no table. Give a CSV file");
-  throw ConfigError(file + ": no column is known, found " + list_of(records.front().fields) +
+  if (first.fields.size() == 1)
+    throw ConfigError(file + ": line " + std::to_string(first.line) + " is one column, " +
+                      list_of(first.fields) +
+                      ". Separate columns by commas, semicolons, tabs or blanks, in every row alike");
+  throw ConfigError(file + ": no column is known, found " + list_of(first.fields) +
                     ". Say which is which: --columns " + choice_of(needed, false));
 }
 

@@ -1,21 +1,20 @@
 #include "config/table/table_reading.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <optional>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
 #include "config/number_text.hpp"
+#include "config/table/column_units.hpp"
 #include "config/table/csv_reader.hpp"
 #include "config/table/foreign_table.hpp"
 #include "config/table/table_header.hpp"
 #include "config/table/table_join.hpp"
 #include "config/table/table_records.hpp"
 #include "config/table/text_encoding.hpp"
-#include "core/data/other_units.hpp"
-#include "core/math/units.hpp"
 
 namespace truepose::config {
 namespace {
@@ -88,9 +87,10 @@ bool take_units_row(ForeignTable& table) {
   if (table.rows.empty()) return false;
   const std::vector<std::string>& fields = table.rows.front().fields;
   bool has_unit = false;
-  for (const std::string& field : fields) {
-    const bool is_unit = !unit_word(field).empty();
-    if (!is_unit && !field.empty() && field != "-") return false;
+  for (std::size_t k = 0; k < fields.size(); ++k) {
+    const bool is_unit = !unit_word(fields[k]).empty();
+    const bool is_left_out = k < table.columns.size() && table.columns[k].name.empty();
+    if (!is_unit && !fields[k].empty() && fields[k] != "-" && !is_left_out) return false;
     has_unit |= is_unit;
   }
   if (!has_unit) return false;
@@ -112,15 +112,35 @@ bool count_joints_from_one(std::vector<ColumnName>& columns) {
   return true;
 }
 
+[[noreturn]] void refuse_two(const ForeignTable& table, std::size_t first, std::size_t second,
+                             const std::string& name) {
+  const auto &one = table.headers[first], &other = table.headers[second];
+  const auto choice = [&](std::size_t k) {
+    return one == other ? std::to_string(k + 1) : "\"" + table.headers[k] + "\"";
+  };
+  table.fail("columns " + in_quotes(one) + " and " + in_quotes(other) + " may both be " + name +
+             ". Say which: --columns " + name + "=" + choice(first) + " or " + name + "=" + choice(second));
+}
+
 void refuse_two_of_a_name(const ForeignTable& table, const TableForm& form) {
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     const std::string& name = table.columns[k].name;
     const std::size_t first = table.find(name);
-    if (!form.knows(name) || first == k) continue;
-    table.fail("columns " + in_quotes(table.headers[first]) + " and " + in_quotes(table.headers[k]) +
-               " may both be " + name + ". Say which: --columns " + name + "=" +
-               (table.headers[first] == table.headers[k] ? std::to_string(first + 1)
-                                                         : "\"" + table.headers[first] + "\""));
+    if (form.knows(name) && first != k) refuse_two(table, first, k, name);
+  }
+}
+
+/// Refuses "X" beside "X_ist" or "X.1": the robot's own position must not pass for the tracker's reading.
+void refuse_two_readings(const ForeignTable& table, const TableReading& reading) {
+  for (const char axis : {'x', 'y', 'z'}) {
+    const std::string name(1, axis);
+    const std::size_t taken = table.find(name);
+    if (taken == table.columns.size() || names_the_tracker(table.headers[taken]) ||
+        std::ranges::find(reading.columns, name, &ColumnChoice::name) != reading.columns.end())
+      continue;
+    for (std::size_t k = 0; k < table.columns.size(); ++k)
+      if (table.columns[k].name.empty() && may_be_coordinate(table.headers[k], axis))
+        refuse_two(table, taken, k, name);
   }
 }
 
@@ -139,6 +159,46 @@ void expect_at_rest(const ForeignTable& table, std::size_t column) {
   }
 }
 
+/// The first of a few rows without a number behind those that a column numbers; the number of rows: none.
+std::size_t first_unnumbered(const std::vector<CsvRow>& rows, std::size_t column) {
+  constexpr std::ptrdiff_t kMostSums = 6;
+  const auto is_numbered = [&](const CsvRow& row) { return parse_number(row.fields[column]).has_value(); };
+  const auto end = std::ranges::find_if_not(rows, is_numbered);
+  const auto sums = rows.end() - end;
+  const bool is_numbering = sums > 0 && sums <= kMostSums && end - rows.begin() > sums &&
+                            std::none_of(end, rows.end(), is_numbered) &&
+                            counts_up({rows.begin(), end}, column);
+  return is_numbering ? static_cast<std::size_t>(end - rows.begin()) : rows.size();
+}
+
+/// Refuses rows of sums or means, which have a name of their own or no number.
+void refuse_rows_of_sums(const ForeignTable& table, const TableForm& form) {
+  for (std::size_t k = 0; k < table.columns.size(); ++k) {
+    const std::string& name = table.columns[k].name;
+    if (form.knows(name) && !holds_words(name)) continue;
+    const auto has_name_of_sum = [&](const CsvRow& row) { return names_a_sum(row.fields[k]); };
+    std::size_t sum = first_unnumbered(table.rows, k);
+    if (sum == table.rows.size() && (table.headers[k].empty() || is_key_name(table.headers[k])))
+      sum = static_cast<std::size_t>(std::ranges::find_if(table.rows, has_name_of_sum) - table.rows.begin());
+    if (sum < table.rows.size())
+      table.fail(
+          sum, k,
+          in_quotes(table.rows[sum].fields[k]) +
+              " is not named as the other rows are. Remove the row if it is a sum or a mean, else name "
+              "it as the others");
+  }
+}
+
+/// Poses by names and not by numbers: a column that joins rows, and nothing else.
+void leave_out_named_poses(ForeignTable& table) {
+  const std::size_t pose = table.find("pose");
+  if (pose == table.columns.size() || table.rows.empty()) return;
+  const auto is_number = [&](const CsvRow& row) {
+    return pose < row.fields.size() && number_marks(row.fields[pose]).has_value();
+  };
+  if (std::ranges::none_of(table.rows, is_number)) table.columns[pose] = {};
+}
+
 /// Columns by which rows are joined, where they are nothing else.
 void name_keys(ForeignTable& table, const TableForm& form) {
   for (std::size_t k = 0; k < table.headers.size(); ++k)
@@ -150,78 +210,29 @@ bool is_axis_of_no_arm(const std::string& name) {
   return name.size() > 1 && (name[0] == 'q' || name[0] == 'e') && name[1] >= '0' && name[1] <= '9';
 }
 
-bool is_angle(const TableForm& form, std::string_view name) {
-  if (name.size() > 1 && name[0] == 'q') {
-    const std::size_t joint = static_cast<std::size_t>(std::stoi(std::string{name.substr(1)})) - 1;
-    return !form.robot || form.robot->joints.at(joint).type == JointType::Revolute;
-  }
-  constexpr std::array<std::string_view, 7> kAngles{"a", "b", "c", "ca", "cb", "cc", "sigma_abc"};
-  return std::ranges::find(kAngles, name) != kAngles.end();
+/// Whether it is a joint of the arm, which the form has no place for.
+bool is_joint_of(const RobotModel* robot, const std::string& name) {
+  return name[0] == 'q' && (!robot || std::stoul(name.substr(1)) <= robot->joints.size());
 }
-
-bool is_length(const TableForm& form, std::string_view name) {
-  if (name.size() > 1 && name[0] == 'q') return !is_angle(form, name);
-  constexpr std::array<std::string_view, 14> kLengths{"x",      "y",         "z",         "px",       "py",
-                                                      "pz",     "cx",        "cy",        "cz",       "sigma",
-                                                      "excess", "payload_x", "payload_y", "payload_z"};
-  return std::ranges::find(kLengths, name) != kLengths.end();
-}
-
-/// Whether --units are its units: of standard deviations they are not.
-bool takes_stated_units(std::string_view name) {
-  return name != "sigma" && name != "sigma_abc" && name != "excess";
-}
-
-/// What one of a column's unit is in deg or mm.
-double factor_of(const ForeignTable& table, std::size_t column, const TableForm& form,
-                 const TableReading& reading) {
-  const ColumnName& meaning = table.columns[column];
-  const bool angle = is_angle(form, meaning.name), length = is_length(form, meaning.name);
-  std::string unit = meaning.unit;
-  if (reading.units && (angle || length) && takes_stated_units(meaning.name)) {
-    const std::string& stated = angle ? reading.units->angle : reading.units->length;
-    if (!unit.empty() && unit != stated)
-      table.fail("column " + in_quotes(table.headers[column]) + " says " + unit + ", and --units says " +
-                 stated);
-    unit = stated;
-  }
-  if (unit.empty() || unit == "deg" || unit == "mm") {
-    if ((unit == "deg" && length) || (unit == "mm" && angle))
-      table.fail("column " + in_quotes(table.headers[column]) + " is in " + unit + ", and " + meaning.name +
-                 (angle ? " is an angle" : " is a length"));
-    return 1;
-  }
-  if (unit == "rad" ? !angle : !length)
-    table.fail("column " + in_quotes(table.headers[column]) + " is in " + unit + ", and " + meaning.name +
-               (angle    ? " is an angle"
-                : length ? " is a length"
-                         : " has no such unit"));
-  return unit == "rad" ? kDegPerRad : unit == "m" ? kMmPerMetre : unit == "cm" ? 10 : kMmPerInch;
-}
-
-/// Refuses joints or coordinates of which some say another unit than deg and mm, and some say none.
-void expect_units_of_all(const ForeignTable& table, bool (*is_of_kind)(const std::string& name)) {
-  std::optional<std::size_t> stated, silent;
-  for (std::size_t k = 0; k < table.columns.size(); ++k) {
-    const auto& [name, unit] = table.columns[k];
-    if (!is_of_kind(name)) continue;
-    if (unit.empty()) silent = silent.value_or(k);
-    if (!unit.empty() && unit != "deg" && unit != "mm") stated = stated.value_or(k);
-  }
-  if (stated && silent)
-    table.fail("column " + in_quotes(table.headers[*stated]) + " is in " + table.columns[*stated].unit +
-               ", and " + in_quotes(table.headers[*silent]) + " says no unit: name the unit of all");
-}
-
-bool is_joint_column(const std::string& name) { return is_axis_of_no_arm(name) && name[0] == 'q'; }
-bool is_coordinate(const std::string& name) { return name == "x" || name == "y" || name == "z"; }
 
 bool has_all(const ForeignTable& table, const std::vector<std::string>& names) {
   return std::ranges::all_of(names,
                              [&](const auto& name) { return table.find(name) < table.columns.size(); });
 }
 
-void expect_needed(const ForeignTable& table, const TableForm& form) {
+/// "(1.5, -2, 3)": how many numbers a cell has.
+std::size_t numbers_in(std::string cell) {
+  if (number_marks(cell)) return 1;
+  std::ranges::replace_if(
+      cell, [](char c) { return std::string_view{"()[]{},;|\t"}.contains(c); }, ' ');
+  std::istringstream words{cell};
+  std::size_t numbers = 0;
+  for (std::string word; words >> word; ++numbers)
+    if (!parse_number(word)) return 0;
+  return numbers;
+}
+
+void expect_needed(const ForeignTable& table, const TableForm& form, const TableReading& reading) {
   if (std::ranges::any_of(form.needed, [&](const auto& names) { return has_all(table, names); })) return;
   std::vector<std::string> missing;
   for (const std::string& name : form.needed.front())
@@ -229,7 +240,16 @@ void expect_needed(const ForeignTable& table, const TableForm& form) {
   std::vector<std::string> unused;
   for (std::size_t k = 0; k < table.headers.size(); ++k)
     if (!form.knows(table.columns[k].name) && !table.headers[k].empty()) unused.push_back(table.headers[k]);
+  for (const ColumnChoice& choice : reading.columns)
+    if (std::ranges::find(missing, choice.name) != missing.end())
+      table.fail("has no column " + in_quotes(choice.header) + ", which --columns gives for " + choice.name +
+                 ". It has " + std::to_string(table.headers.size()) + ": " + list_of(table.headers));
   if (unused.empty()) table.fail("missing column " + in_quotes(missing.front()));
+  for (std::size_t k = 0; k < table.headers.size() && !table.rows.empty(); ++k)
+    if (!is_axis_of_no_arm(table.columns[k].name) && numbers_in(table.rows[0].fields[k]) > 1)
+      table.fail(0, k,
+                 in_quotes(table.rows[0].fields[k]) +
+                     " is several numbers in one cell. Give each a column of its own");
   const std::string found = ", found " + list_of(unused) + ".";
   table.fail("missing column " + in_quotes(missing.front()) + found + " Say which it is: --columns " +
              choice_of(missing, false));
@@ -283,15 +303,15 @@ OwnForm written(const ForeignTable& table, int header_line, const TableForm& for
   std::vector<std::size_t> kept;
   std::vector<double> factors;
   std::string header;
-  bool converted = false;
+  bool has_converted = false;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     if (!form.knows(table.columns[k].name)) continue;
     kept.push_back(k);
     factors.push_back(factor_of(table, k, form, reading));
-    converted |= factors.back() != 1;
+    has_converted |= factors.back() != 1;
     header += (header.empty() ? "" : ",") + table.columns[k].name;
   }
-  notes.add_if(converted, "units converted to deg and mm");
+  notes.add_if(has_converted, "units converted to deg and mm");
   OwnForm own{.text = {}, .first_line = std::min(header_line, 1)};
   int line = own.first_line;
   const auto go_to = [&](int next) {
@@ -299,13 +319,14 @@ OwnForm written(const ForeignTable& table, int header_line, const TableForm& for
   };
   go_to(header_line);
   own.text += header;
-  for (const CsvRow& row : table.rows) {
+  for (std::size_t r = 0; r < table.rows.size(); ++r) {
+    const CsvRow& row = table.rows[r];
     go_to(row.line);
     for (std::size_t k = 0; k < kept.size(); ++k) {
       const std::string& field = row.fields[kept[k]];
       if (k > 0) own.text += ',';
       const auto number = factors[k] == 1 ? std::unexpected(std::string{}) : parse_number(field);
-      own.text += number                ? format_number(*number * factors[k])
+      own.text += number ? format_number(converted(*number * factors[k], table, r, kept[k], form))
                   : number_marks(field) ? field
                                         : csv_field(on_one_line(field));
     }
@@ -381,28 +402,30 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   table.columns = meanings_of(table.headers, reading);
   drop_trailing_fields(table);
   table.columns.resize(table.headers.size());
+  leave_out_named_poses(table);
   if (form.keeps_keys) name_keys(table, form);
   notes.add_if(take_units_row(table), "units below the header");
   expect_widths(table);
   expand_krl_columns(table);
-  notes.add_if(count_joints_from_one(table.columns), "joints counted from 0");
   refuse_two_of_a_name(table, form);
+  refuse_two_readings(table, reading);
+  refuse_rows_of_sums(table, form);
+  notes.add_if(count_joints_from_one(table.columns), "joints counted from 0");
   notes.add_if(normalise_numbers(table), "decimal commas");
   // The orientation of a reading has a sigma, else it is none of the tracker's.
   if (form.knows("a") && (!form.knows("sigma_abc") || table.find("sigma_abc") < table.columns.size())) {
     const std::string how = convert_orientations(table, reading.units ? reading.units->angle : "");
     notes.add_if(!how.empty(), how);
   }
-  expect_needed(table, form);
-  if (!reading.units) {
-    expect_units_of_all(table, is_joint_column);
-    expect_units_of_all(table, is_coordinate);
-  }
+  expect_needed(table, form, reading);
+  if (!reading.units) expect_units_of_all(table);
   std::vector<std::string> left_out, keys;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
     if (table.columns[k].name.starts_with(kKeyPrefix)) keys.push_back(table.headers[k]);
     if (form.knows(table.columns[k].name)) continue;
-    if (is_axis_of_no_arm(table.columns[k].name)) expect_at_rest(table, k);
+    if (const std::string& name = table.columns[k].name;
+        is_axis_of_no_arm(name) && !is_joint_of(form.robot, name))
+      expect_at_rest(table, k);
     left_out.push_back(table.headers[k]);
   }
   const std::string renamed = renamed_columns(table, form);

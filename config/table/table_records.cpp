@@ -165,8 +165,9 @@ std::pair<std::string, std::string> without_unit(const std::string& field) {
   const auto last = field.find_last_of("0123456789.,");
   if (last == std::string::npos || last + 1 == field.size()) return {field, {}};
   std::string unit = unit_word(std::string_view{field}.substr(last + 1));
-  if (unit.empty()) return {field, {}};
-  return {field.substr(0, last + 1), std::move(unit)};
+  std::string number = field.substr(0, last + 1);
+  if (unit.empty() || !number_marks(number)) return {field, {}};
+  return {std::move(number), std::move(unit)};
 }
 
 std::optional<NumberMarks> number_marks(std::string_view field) {
@@ -191,7 +192,7 @@ std::optional<NumberMarks> number_marks(std::string_view field) {
   }
   if (digits == 0) return std::nullopt;
   const std::size_t end = at;
-  if (at < field.size() && (field[at] == 'e' || field[at] == 'E')) {
+  if (at < field.size() && std::string_view{"eEdD"}.contains(field[at])) {
     ++at;
     if (at < field.size() && (field[at] == '+' || field[at] == '-')) ++at;
     if (at == field.size()) return std::nullopt;

@@ -105,12 +105,34 @@ void refuse_what_is_no_text(std::string_view bytes, const std::string& file) {
     if (bytes.starts_with(mark)) throw ConfigError(file + ": " + what + kSave);
 }
 
+/// Of a text that is no table: what it is; empty: it may be one.
+std::string_view other_kind_of(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r\n", kBinary{"\0\x01\x02\x03\x04\x05\x06\x07\x08", 9};
+  constexpr std::size_t kHead = 512;
+  constexpr std::ptrdiff_t kFewestBinary = 3;
+  text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+  const auto second = text.find_first_not_of(kBlanks, 1);
+  const char next = second == std::string_view::npos ? ' ' : text[second];
+  if ((text.starts_with('{') && next == '"') ||
+      (text.starts_with('[') && std::string_view{"[{"}.contains(next)))
+    return "is JSON";
+  if (text.starts_with("<?xml") || text.starts_with("<!") || text.starts_with("<html") ||
+      text.starts_with("<table"))
+    return "is XML or HTML";
+  const auto is_binary = [&](char c) { return kBinary.contains(c); };
+  if (std::ranges::count_if(text.substr(0, kHead), is_binary) >= kFewestBinary)
+    return "is binary, or in an encoding that is not known";
+  return {};
+}
+
 /// Other programs' blanks and minus signs.
 void make_plain(std::string& text) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kPlain{{{"\xC2\xA0", " "},
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> kPlain{{{"\xC2\xA0", " "},
                                                                                  {"\xE2\x80\xAF", " "},
                                                                                  {"\xE2\x80\x89", " "},
                                                                                  {"\xE2\x88\x92", "-"},
+                                                                                 {"\xE2\x80\x93", "-"},
+                                                                                 {"\xE2\x80\x99", "'"},
                                                                                  {"\xEF\xBB\xBF", ""}}};
   std::string plain;
   for (std::size_t at = 0; at < text.size();) {
@@ -141,6 +163,9 @@ DecodedText decoded(std::string bytes, const std::string& file) {
 DecodedText decode_text(std::string bytes, const std::string& file) {
   refuse_what_is_no_text(bytes, file);
   DecodedText text = decoded(std::move(bytes), file);
+  if (const std::string_view kind = other_kind_of(text.text); !kind.empty())
+    throw ConfigError(file + ": " + std::string{kind} +
+                      ", not a table. Export it as CSV (UTF-8), a row for each pose");
   if (std::ranges::any_of(text.text, [](char c) { return static_cast<unsigned char>(c) >= 0x80; }))
     make_plain(text.text);
   return text;

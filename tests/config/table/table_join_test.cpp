@@ -90,6 +90,16 @@ TEST_F(TwoFilesOfMeasurements, PointsAreThoseOfSpatialAnalyzerAndPolyWorksToo) {
   expect_joined(part(0, 6, "name", p).text(), "# PolyWorks, mm\n" + polyworks.text("\t"));
 }
 
+TEST_F(TwoFilesOfMeasurements, AreJoinedByPosesThatHaveNames) {
+  expect_joined(part(0, 6, "Pose", p).text(), part(6, 9, "Pose", p).text());
+}
+
+TEST_F(TwoFilesOfMeasurements, MayBothHaveJoints) {
+  expect_joined(part(0, 6, "point", p).text(), part(0, 9, "point", p).text());
+  EXPECT_THAT(refused(part(0, 6, "remark", p).text(), part(0, 9, "remark", p).text()),
+              HasSubstr("no column joins the two files"));
+}
+
 TEST_F(TwoFilesOfMeasurements, WithoutAColumnThatJoinsThemAreRefused) {
   const std::string joints = part(0, 6, "point", p).text(), points = part(6, 9, "point", p).text();
   const auto expect_not_joined = [&](const std::string& a, const std::string& b) {

@@ -23,8 +23,8 @@ std::optional<config::TableUnits> units_in(const std::string& text) {
   const std::string angle = config::unit_word(text.substr(0, text.find(',')));
   const std::string length = config::unit_word(text.substr(std::min(text.find(',') + 1, text.size())));
   const bool is_angle = angle == "deg" || angle == "rad";
-  if (!text.contains(',') || !is_angle || length.empty() || length == "deg" || length == "rad")
-    return std::nullopt;
+  const bool is_length = length == "mm" || length == "cm" || length == "m" || length == "inch";
+  if (!text.contains(',') || !is_angle || !is_length) return std::nullopt;
   return config::TableUnits{angle, length};
 }
 
