@@ -123,7 +123,9 @@ class DhRows {
   };
 
   void recognise(const std::string& header, std::size_t index, const std::optional<DhUnits>& units) {
-    const auto [name, unit] = name_and_unit(header);
+    constexpr std::array<std::string_view, 5> kJointNames{"i", "link", "no", "nr", "axis"};
+    auto [name, unit] = name_and_unit(header);
+    if (std::ranges::find(kJointNames, name) != kJointNames.end()) name = "joint";
     const auto* column = std::ranges::find_if(kColumns, [&](const DhColumn& each) {
       return each.name == name || (!name.empty() && each.other_name == name);
     });
@@ -153,7 +155,8 @@ class DhRows {
       const std::size_t bar = std::min(unit.find('|'), unit.size());
       const Unit* named = unit_named(unit.substr(0, std::min(bar, unit.find('/'))));
       if (!named || (column.quantity != Quantity::OfJoint && named->quantity != column.quantity))
-        table_.fail("column " + in_quotes(header) + ": this unit is not known here");
+        table_.fail("column " + in_quotes(header) +
+                    ": this unit is not known here. Write a (mm), alpha (deg), d (mm), theta (deg)");
       (named->quantity == Quantity::Length ? found.mm : found.rad) = named->factor;
       unit.remove_prefix(std::min(bar + 1, unit.size()));
     }
@@ -177,6 +180,9 @@ Joint joint_of(const DhRows& rows, std::size_t row) {
   joint.a_mm = rows.number(row, "a", true);
   joint.alpha_rad = rows.number(row, "alpha", false);
   joint.d_mm = rows.number(row, "d", true);
+  if (const std::string_view theta = rows.text(row, "theta");
+      theta.starts_with('q') || theta.starts_with("theta") || theta.starts_with("\xCE\xB8"))
+    rows.fail(row, "theta", in_quotes(theta) + " names the joint's angle. Write its offset, 0 for none");
   joint.theta_rad = rows.number(row, "theta", false);
   if (rows.has("beta")) joint.beta_rad = rows.number(row, "beta", false);
   if (rows.has("sign")) {

@@ -39,6 +39,9 @@ class Urdf {
       if (joint.child("parent")) joints_.push_back(joint_of(joint));
     if (joints_.empty())
       fail("no joint in it. Give the file that calls the macro of the arm, not the macro alone.");
+    for (const UrdfJoint& joint : joints_)
+      for (const std::string& link : {joint.parent, joint.child})
+        if (!has_link(link)) fail(joint, "its link " + in_quotes(link) + " is not in the file. Add it.");
   }
 
   [[noreturn]] void fail(const std::string& what) const { throw ConfigError{file_ + ": " + what}; }
@@ -143,6 +146,7 @@ std::string chosen(const Urdf& urdf, const std::string& option, const std::strin
   }
   if (urdf.has_link(usual)) return usual;
   if (candidates.size() == 1) return candidates[0];
+  if (candidates.empty()) urdf.fail("its links form a circle, so the arm has no base and no end");
   urdf.fail("which link is meant? Give " + option + ", one of: " + listed(candidates));
 }
 
@@ -170,6 +174,7 @@ Joint limits_of(const Urdf& urdf, const UrdfJoint& from, std::vector<std::string
   if (from.type != "continuous") {
     joint.min = number("lower");
     joint.max = number("upper");
+    if (joint.min > joint.max) urdf.fail(from, "limit: lower is above upper. Correct them.");
   }
   joint.speed = number("velocity");
   const bool no_limits = !(joint.min < joint.max), no_speed = !(joint.speed > 0);

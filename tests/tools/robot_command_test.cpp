@@ -156,6 +156,21 @@ TEST_F(RobotCommands, ImportAsksWhereASourceLeavesAChoice) {
   EXPECT_FALSE(std::filesystem::exists(path("arm.yaml")));
 }
 
+TEST_F(RobotCommands, ImportRefusesNumbersThatNoArmHas) {
+  const std::string table = folder_.write("ur10.csv", kTableOfUr10);
+  const auto error = [&](const std::string& units) {
+    const Finished run = run_program("truepose", {"robot", "import", table, "--dh", "standard", "--units",
+                                                  units, "--out", path("arm.yaml")});
+    EXPECT_EQ(run.exit_code, 2) << run.out;
+    return run.err;
+  };
+  EXPECT_THAT(error("m,deg"),
+              HasSubstr("ur10.csv: joint 1: d is 127300 mm (limit 20000). Correct the unit in "
+                        "the source, or --units."));
+  EXPECT_THAT(error("mm,rad"), HasSubstr("joint 2: alpha is 5157 deg (limit 720)"));
+  EXPECT_FALSE(std::filesystem::exists(path("arm.yaml")));
+}
+
 TEST_F(RobotCommands, ImportOfAFanucWithoutItsCouplingWarns) {
   const std::string arm = folder_.write(
       "arm.urdf",

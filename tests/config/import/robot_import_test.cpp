@@ -248,6 +248,10 @@ TEST_F(Xacro, WithSeveralEndsOrOtherJointsAsksForTheLinks) {
               HasSubstr("follows another joint (mimic)"));
   EXPECT_THAT(error(with(with(ends, "TYPE", "prismatic"), "MIMIC", ""), {.tip = "d"}),
               HasSubstr("no link 'd' in it"));
+  EXPECT_THAT(error(with(ends, "<link name=\"b\"/>", "")),
+              HasSubstr("joint 'j1': its link 'b' is not in the file. Add it."));
+  EXPECT_THAT(error(with(ends, "lower=\"-1\"", "lower=\"2\""), {.tip = "b"}),
+              HasSubstr("joint 'j1': limit: lower is above upper. Correct them."));
 }
 
 TEST(XacroExpression, HasTheArithmeticOfPublicDescriptions) {
@@ -366,6 +370,9 @@ TEST_F(DhTable, IsRefusedWhereUnitsOrColumnsAreInDoubt) {
               HasSubstr("is there twice"));
   EXPECT_THAT(error("a (mm),alpha (deg),d (mm),theta (deg),sign\n1,2,3,4,0\n"),
               HasSubstr("expected 1 or -1"));
+  EXPECT_THAT(
+      error("Link,a (mm),alpha (deg),d (mm),theta (deg)\n1,0,90,127.3,q1\n"),
+      HasSubstr("row 1 (line 2): theta (deg): 'q1' names the joint's angle. Write its offset, 0 for none"));
   EXPECT_FALSE(dh_units("mm"));
   EXPECT_FALSE(dh_units("deg,mm"));
 }

@@ -67,6 +67,27 @@ config::ImportedArm imported(const RobotImport& command) {
                          "$machine.dat, a .urdf or .xacro, a DH table (.csv) or OPW parameters (.yaml)."};
 }
 
+/// Refuses numbers that no arm has, as a wrong unit of the source makes them.
+void expect_plausible(const RobotImport& command, const RobotModel& robot) {
+  constexpr double kLongest_mm = 20'000, kMostTurn_deg = 720, kMostTravel_deg = 3600;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const Joint& joint = robot.joints[i];
+    const auto expect = [&](const char* what, double value, double most, const char* unit) {
+      if (std::abs(value) <= most) return;
+      throw config::ConfigError{command.source.string() + ": joint " + std::to_string(i + 1) + ": " + what +
+                                formatted(" is %.0f %s (limit %.0f). Correct the unit in the source%s.",
+                                          value, unit, most, command.dh.empty() ? "" : ", or --units")};
+    };
+    expect("a", joint.a_mm, kLongest_mm, "mm");
+    expect("d", joint.d_mm, kLongest_mm, "mm");
+    expect("alpha", joint.alpha_rad * kDegPerRad, kMostTurn_deg, "deg");
+    expect("theta", joint.theta_rad * kDegPerRad, kMostTurn_deg, "deg");
+    if (joint.type != JointType::Revolute) continue;
+    expect("min", joint.min * kDegPerRad, kMostTravel_deg, "deg");
+    expect("max", joint.max * kDegPerRad, kMostTravel_deg, "deg");
+  }
+}
+
 /// The controller's coupling, which descriptions of the links do not have.
 void couple(const std::vector<double>& numbers, RobotModel& robot) {
   if (numbers.empty()) return;
@@ -125,6 +146,7 @@ void print_positions(const RobotModel& robot) {
 int run_import(const RobotImport& command) {
   config::ImportedArm arm = imported(command);
   if (!command.name.empty()) arm.robot.name = command.name;
+  expect_plausible(command, arm.robot);
   couple(command.coupling, arm.robot);
   warn_of_coupling(command, arm);
   config::write_text_file(command.out, imported_robot_text(arm, command.source));
