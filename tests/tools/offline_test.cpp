@@ -76,6 +76,22 @@ TEST_F(Offline, TheDocumentSaysHowAFileOfAnotherProgramWasRead) {
   EXPECT_TRUE(read_as[0].as_string().ends_with("semicolons.csv: read as: semicolons"));
 }
 
+TEST_F(Offline, CalibrateWarnsOfPointsThatAreTheRobotsOwnPositions) {
+  const std::string file = write_golden_points(false);
+  MeasurementData data = config::load_measurements(file, nominal_);
+  for (Measurement& point : data.points)
+    point.p_WS_mm = (forward_kinematics(nominal_, point.q).translation() * 100).array().round() / 100;
+  std::ofstream out(folder_.path() / "own.csv");
+  config::write_measurements(out, data, nominal_);
+  out.close();
+  const auto warns = [&](const std::string& points) {
+    return run_program("truepose", {"calibrate", "--robot", kRobot, "--data", points})
+        .err.contains("Give the tracker's readings, not the robot's own positions");
+  };
+  EXPECT_TRUE(warns(folder_.path() / "own.csv"));
+  EXPECT_FALSE(warns(file));
+}
+
 TEST_F(Offline, CalibrateTakesA6DTargetAndTellsHowItIsTurned) {
   const std::string reflector = write_golden_points(true);
   MeasurementData data = config::load_measurements(reflector, nominal_);

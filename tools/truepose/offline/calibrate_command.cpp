@@ -16,6 +16,7 @@
 #include "core/compensate/largest_correction.hpp"
 #include "core/data/carried_payload.hpp"
 #include "core/data/measured_time.hpp"
+#include "core/formatted.hpp"
 #include "core/math/parallel.hpp"
 #include "core/math/units.hpp"
 #include "core/quality/calibration_verdict.hpp"
@@ -281,6 +282,18 @@ void check_data(const CalibrateCommand& command, const MeasurementData& data) {
                       command.thermal + " goes by: add them, or take auto, time or none");
 }
 
+/// No arm is as good as its data sheet: such points teach nothing.
+void warn_of_own_positions(const CalibrateCommand& command, const Outcome& outcome,
+                           const config::TableReading& reading) {
+  constexpr double kBestArm_mm = 0.02;
+  const double rms_mm = outcome.calibration.identify.before.rms;
+  if (rms_mm < kBestArm_mm)
+    reading.report(data_names(command) +
+                   formatted(": the nominal arm fits the points to %.3f mm, which no real arm does (%.2f). "
+                             "Give the tracker's readings, not the robot's own positions",
+                             rms_mm, kBestArm_mm));
+}
+
 int run_calibrate(const CalibrateCommand& command) {
   check_options(command);
   const RobotModel robot = config::load_robot(command.robot_file);
@@ -294,6 +307,7 @@ int run_calibrate(const CalibrateCommand& command) {
   check_data(command, data);
   if (!command.validate_file.empty()) add_validation(data, command, robot, reading);
   Outcome outcome = validated(command, robot, std::move(data));
+  warn_of_own_positions(command, outcome, reading);
   const CalibrationVerdict verdict = verdict_on(command, robot, outcome);
   outcome.document.verdict = verdict;
   describe(outcome.document, command, robot);
