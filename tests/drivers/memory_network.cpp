@@ -32,6 +32,7 @@ struct MemoryNetwork::Link {
   error_code broken;  ///< for the client, at once
   std::optional<TimePoint> severed;
   std::optional<std::size_t> cut_after;
+  bool has_window = false;
   // Each end waits in its own process, and this may outlive that.
   std::weak_ptr<daemon::Signal> server, client;
 
@@ -83,6 +84,7 @@ class MemoryListener final : public net::Listener {
   net::Stream::End local() const override { return {kAddress, port_}; }
 
   void take(std::shared_ptr<MemoryNetwork::Link> link) {
+    link->has_window = true;
     waiting_.push_back(std::move(link));
     changed_.notify();
   }
@@ -230,6 +232,7 @@ asio::awaitable<net::Stream::Received> MemoryStream::receive(std::span<char> int
       const std::size_t size = std::min(into.size(), way.bytes.size());
       std::copy_n(way.bytes.begin(), size, into.begin());
       way.bytes.erase(0, size);
+      if (link->has_window) link->notify();
       co_return Received{{}, size};
     }
     if (way.ended && !held) co_return Received{asio::error::eof, 0};
@@ -247,6 +250,11 @@ asio::awaitable<error_code> MemoryStream::write(std::string_view bytes) {
   if (is_server_ && network_.latency > Duration{0}) {
     const TimePoint comes = network_.clock_.now() + network_.latency;
     co_await network_.clock_.sleep_until(comes);
+  }
+  try {
+    co_await window();
+  } catch (const boost::system::system_error& cancelled) {
+    co_return cancelled.code();
   }
   if (!link_) co_return asio::error::bad_descriptor;
   MemoryNetwork::Link& link = *link_;
@@ -267,6 +275,14 @@ asio::awaitable<error_code> MemoryStream::write(std::string_view bytes) {
   }
   link.notify();
   co_return error_code{};
+}
+
+/// Until the client has read enough, or one end is closed.
+asio::awaitable<void> MemoryStream::window() {
+  const auto changed = changed_;
+  while (is_server_ && link_ && link_->has_window && !link_->to_server.ended &&
+         link_->to_client.bytes.size() >= MemoryNetwork::kWindow)
+    co_await changed->wait();
 }
 
 asio::awaitable<void> MemoryStream::end_writing() {

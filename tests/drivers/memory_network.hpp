@@ -27,6 +27,8 @@ class MemoryNetwork {
   using Serve = std::function<boost::asio::awaitable<void>(std::shared_ptr<MemoryStream> client)>;
   using Ports = std::vector<std::uint16_t>;
   Duration latency{0};  ///< of what a device sends
+  /// Bytes that a program's client has not read, from which on the program's writes wait.
+  static constexpr std::size_t kWindow = 16'384;
 
   MemoryNetwork(boost::asio::io_context& io, Clock& clock) : io_{io}, clock_{clock} {}
 
@@ -98,6 +100,7 @@ class MemoryStream final : public net::Stream {
 
  private:
   boost::asio::awaitable<Received> receive(std::span<char> into);
+  boost::asio::awaitable<void> window();
 
   MemoryNetwork& network_;
   boost::asio::any_io_executor executor_;

@@ -132,7 +132,6 @@ void LiveCell::start_daemon(std::vector<std::string> environment) {
   };
   read_port("control port ", control_port_);
   read_port("TLS port ", tls_port_);
-  read_port("web port ", web_port_);
 }
 
 int LiveCell::cut_power(std::mt19937_64& random) {

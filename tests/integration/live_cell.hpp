@@ -60,7 +60,6 @@ class LiveCell {
   tools::RpcClient client() const;
   std::uint16_t control_port() const { return control_port_; }
   std::uint16_t tls_port() const { return tls_port_; }
-  std::uint16_t web_port() const { return web_port_; }
   /// Where the daemon listens for the controller.
   std::uint16_t rsi_port() const { return rsi_port_; }
 
@@ -87,7 +86,7 @@ class LiveCell {
   NotifySocket notify_{folder_.path() / "notify"};
   std::unique_ptr<sim::SimulatorProcess> simulator_;
   std::unique_ptr<Process> daemon_;
-  std::uint16_t control_port_ = 0, tls_port_ = 0, web_port_ = 0;
+  std::uint16_t control_port_ = 0, tls_port_ = 0;
   std::uint16_t admin_port_ = 0;
   std::uint16_t rsi_port_ = free_udp_port();
 };

@@ -1,5 +1,6 @@
 #include "tests/world/cell.hpp"
 
+#include <boost/json/array.hpp>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -17,13 +18,16 @@ namespace {
 
 constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
 constexpr const char* kSupervisorsToken = "access-0123456789abcdef0123456789abcdef";
+constexpr const char* kViewersToken = "access-fedcba9876543210fedcba9876543210";
+constexpr int kViewers = 6;
 const fs::path kShipped = fs::path{TRUEPOSE_SOURCE_DIR} / "config";
 
 /// Of the users that have a token of their own, in the store's folder.
 void write_access_list(const fs::path& store) {
   const fs::path file = store.string() + ".access";
   const control::AccessEntries users{
-      {control::entry_for_token("supervisor", control::Role::Operator, kSupervisorsToken)}};
+      {control::entry_for_token("supervisor", control::Role::Operator, kSupervisorsToken),
+       control::entry_for_token("viewer", control::Role::Viewer, kViewersToken)}};
   std::ofstream{file} << control::access_text(users);
   fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
 }
@@ -83,7 +87,17 @@ Cell::Cell(std::uint64_t seed, const Change& change)
       devices{machine(world), scenario, ethernet_of(scenario), options(world.random.next(), files_.cell)},
       pc{world, disk, files_.cell, "run"},
       panel{world, "panel", kToken},
-      supervisor{world, "supervisor", kSupervisorsToken} {}
+      supervisor{world, "supervisor", kSupervisorsToken} {
+  const boost::json::array kept{"cell", "campaign", "measurement", "model", "fault", "control"};
+  for (int i = 1; i <= kViewers; ++i)
+    viewers.emplace_back(world, "viewer " + std::to_string(i), kViewersToken, kept);
+}
+
+std::vector<Client*> Cell::clients() {
+  std::vector<Client*> all{&panel, &supervisor};
+  for (Client& viewer : viewers) all.push_back(&viewer);
+  return all;
+}
 
 void Cell::change_arm(const std::function<void(config::Scenario&)>& change) {
   change(scenario);

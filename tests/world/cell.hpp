@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <vector>
 
 #include "config/cell_config.hpp"
 #include "config/scenario.hpp"
@@ -48,6 +50,9 @@ class Cell {
   int arm_changes = 0;
   Client panel;       ///< with the token of the cell
   Client supervisor;  ///< an operator of the access list
+  /// HMIs that only show: viewers of the access list, who subscribe to what the daemon keeps.
+  std::deque<Client> viewers;
+  std::vector<Client*> clients();
 };
 
 }  // namespace truepose::world

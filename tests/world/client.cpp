@@ -50,8 +50,8 @@ struct Client::Session {
   }
 };
 
-Client::Client(World& world, std::string name, std::string token)
-    : world_{world}, name_{std::move(name)}, token_{std::move(token)} {}
+Client::Client(World& world, std::string name, std::string token, json::array topics)
+    : world_{world}, name_{std::move(name)}, token_{std::move(token)}, topics_(std::move(topics)) {}
 
 Client::~Client() {
   if (!session_) return;
@@ -63,10 +63,18 @@ void Client::disconnect() {
   if (session_) session_->end();
 }
 
+asio::awaitable<void> Client::disconnect_within_a_line() {
+  const auto session = session_;
+  if (!session || session->over) co_return;
+  co_await session->stream->write(R"({"jsonrpc": "2.0", "id": 1, "meth)");
+  session->end();
+}
+
 bool Client::is_connected() const { return session_ && !session_->over; }
 
 asio::awaitable<bool> Client::connect() {
   if (session_) session_->end();
+  reads_at_ = {};
   session_ = std::make_shared<Session>();
   const auto session = session_;
   session->stream = world_.network.streams()(world_.outside.get_executor());
@@ -109,6 +117,7 @@ asio::awaitable<json::object> Client::credentials() {
 asio::awaitable<bool> Client::subscribe() {
   const auto session = session_;
   json::object from{{"after", seq_}};
+  if (!topics_.empty()) from["topics"] = topics_;
   const json::value subscribed = co_await ask("events.subscribe", std::move(from));
   if (!is_result(subscribed)) co_return false;
   session->all_from = result_of(subscribed).at("next").to_number<std::uint64_t>();
@@ -151,6 +160,8 @@ asio::awaitable<json::value> Client::ask(std::string method, json::object params
 asio::awaitable<void> Client::read(Client& client, std::shared_ptr<Session> session) {
   std::array<char, 4096> buffer{};
   while (!session->over) {
+    while (!client.reads()) co_await client.world_.clock.sleep_until(client.reads_at_);
+    if (session->over) co_return;
     const auto [error, size] = co_await session->stream->read(buffer);
     if (session->over) co_return;
     if (error || size == 0) break;
@@ -173,11 +184,12 @@ void Client::take(Session& session, const std::string& line) {
     asked.mapped()->answer.emplace(message);
     return asked.mapped()->answered.notify();
   }
-  if (message.at("method") != "event") return;
+  if (text_at(message, "method") != "event") return;  // a notice, as of why a session ends
   const json::object& event = message.at("params").as_object();
   const std::uint64_t seq = event.at("seq").to_number<std::uint64_t>();
-  // Of missed ones not all are kept.
-  const bool follows = seq > session.all_from ? seq == seq_ + 1 : seq > seq_;
+  // Of missed ones not all are kept, and others are of topics that it does not ask for.
+  const bool all_come = topics_.empty() && seq > session.all_from;
+  const bool follows = all_come ? seq == seq_ + 1 : seq > seq_;
   if (!follows)
     complaints.push_back(name_ + ": event " + std::to_string(seq) + " comes after " + std::to_string(seq_));
   seq_ = seq;

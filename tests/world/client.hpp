@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <boost/asio/awaitable.hpp>
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <cstdint>
@@ -30,18 +32,25 @@ struct Request {
 /// each request, and all events in order.
 class Client {
  public:
-  Client(World& world, std::string name, std::string token);
+  /// @param topics  of the events that it subscribes to; empty: all
+  Client(World& world, std::string name, std::string token, boost::json::array topics = {});
   ~Client();
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Opens a session and subscribes to all topics, missed events included. @return whether it is open
+  /// Opens a session and subscribes, missed events included. @return whether it is open
   boost::asio::awaitable<bool> connect();
   const std::string& name() const { return name_; }
   /// Ends the subscription, and subscribes to all events since. @return whether it could
   boost::asio::awaitable<bool> subscribe_again();
   bool is_connected() const;
   void disconnect();
+  /// Disconnects after the first bytes of a request.
+  boost::asio::awaitable<void> disconnect_within_a_line();
+  /// Reads nothing more before then, of whatever session.
+  void read_again_at(drivers::TimePoint then) { reads_at_ = std::max(reads_at_, then); }
+  /// Whether it would see that its session has ended.
+  bool reads() const { return world_.clock.now() >= reads_at_; }
   /// Name and role that the daemon knows the client by, since its first session; empty before.
   const std::string& user() const { return user_; }
   const std::string& role() const { return role_; }
@@ -71,6 +80,8 @@ class Client {
 
   World& world_;
   std::string name_, token_, user_, role_;
+  boost::json::array topics_;
+  drivers::TimePoint reads_at_{};
   std::shared_ptr<Session> session_;
   std::uint64_t seq_ = 0;  // of the last event
   int proofs_ = 0;

@@ -7,6 +7,7 @@
 #include <exception>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "core/kernels/dispatch.hpp"
 #include "daemon/daemon.hpp"
@@ -32,6 +33,7 @@
 #include "tests/world/methods.hpp"
 #include "tests/world/people_at_work.hpp"
 #include "tests/world/supervisor.hpp"
+#include "tests/world/viewers.hpp"
 
 namespace truepose::world {
 
@@ -61,6 +63,12 @@ Cell::Change cell_of(std::uint64_t seed) {
   };
 }
 
+std::vector<std::string> names_of(const std::vector<Client*>& clients) {
+  std::vector<std::string> names;
+  for (const Client* const client : clients) names.push_back(client->name());
+  return names;
+}
+
 class Soak {
  public:
   explicit Soak(const SoakOptions& options)
@@ -82,17 +90,8 @@ class Soak {
       axes_.see(cycle);
       corrections_.see(cycle);
     };
-    cell_.panel.on_event = [this](const json::object& event) {
-      events_.take(0, event);
-      take(event);
-    };
-    cell_.panel.on_subscribed = [this](const json::object& answer) { events_.subscribed(0, answer); };
-    cell_.supervisor.on_subscribed = [this](const json::object& answer) { events_.subscribed(1, answer); };
-    cell_.supervisor.on_event = [this](const json::object& event) {
-      events_.take(1, event);
-      agreement_.take(event);
-      supervisor_.take(event);
-    };
+    const auto clients = cell_.clients();
+    for (std::size_t i = 0; i < clients.size(); ++i) follow(*clients[i], i);
     watch(cell_.panel);
     watch(cell_.supervisor);
   }
@@ -110,6 +109,10 @@ class Soak {
     net::spawn(executor, look_at_arm(), net::rethrow);
     net::spawn(executor, look_at_clearance(), net::rethrow);
     net::spawn(executor, supervisor_.work(end_), net::rethrow);
+    for (Client& viewer : cell_.viewers) {
+      Random random{seed_of(options_.seed, viewer.name())};
+      net::spawn(executor, show(cell_, viewer, random, end_ - kCalmEnd), net::rethrow);
+    }
     net::spawn(executor, live(), [this](std::exception_ptr failed) {
       net::rethrow(std::move(failed));
       over_ = true;
@@ -123,6 +126,20 @@ class Soak {
   }
 
  private:
+  /// @param number  its place among the clients
+  void follow(Client& client, std::size_t number) {
+    client.on_subscribed = [this, number](const json::object& answer) { events_.subscribed(number, answer); };
+    client.on_event = [this, &client, number](const json::object& event) {
+      log_.take_broken(client.complaints);
+      events_.take(number, event);
+      if (&client == &cell_.panel) take(event);
+      if (&client != &cell_.supervisor) return;
+      agreement_.take(event);
+      supervisor_.take(event);
+    };
+    client.on_session = [this](bool) { agreement_.sessions_change(); };
+  }
+
   void watch(Client& client) {
     client.on_request = [&](const Request& request) {
       report_.methods.insert(request.method);
@@ -220,8 +237,6 @@ class Soak {
   }
 
   void take(const json::object& event) {
-    log_.take_broken(cell_.panel.complaints);
-    log_.take_broken(cell_.supervisor.complaints);
     const std::string topic = text_at(event, "topic");
     const json::object& data = event.at("data").as_object();
     if (topic != "stream") log_.trace(topic, json::serialize(data));
@@ -232,8 +247,7 @@ class Soak {
   }
 
   SoakReport finish() {
-    log_.take_broken(cell_.panel.complaints);
-    log_.take_broken(cell_.supervisor.complaints);
+    for (Client* const client : cell_.clients()) log_.take_broken(client->complaints);
     events_.judge();
     report_.broken = log_.broken_promises();
     report_.hash = cell_.world.history.hash();
@@ -274,7 +288,7 @@ class Soak {
   FilesJudge files_{"cell.sqlite", log_};
   ModelJudge models_;
   ToolJudge tools_{log_};
-  EventJudge events_{log_};
+  EventJudge events_{names_of(cell_.clients()), log_};
   StationJudge stations_{cell_, log_};
   CorrectionJudge corrections_{cell_, log_};
   ResourceJudge resources_{cell_, log_};

@@ -127,6 +127,16 @@ TEST_F(ControlTls, LetsInByTheTokenAndSendsEvents) {
             certificates_.fingerprint("daemon"));
 }
 
+TEST_F(ControlTls, ContinuesBehindTheLastEventThatAClientHasSeen) {
+  TlsClient client{serve_tls()};
+  ASSERT_FALSE(client.shake_hands());
+  client.hello({{"token", std::string{kToken}}});
+  for (int i = 0; i < 3; ++i) events_.publish(Topic::Log, {{"text", "x"}});
+  EXPECT_EQ(client.call("events.subscribe", {{"after", 1000}}).result->at("complete"), true);
+  EXPECT_EQ(client.event().seq, 1001U);
+  EXPECT_EQ(client.event().seq, 1002U);
+}
+
 TEST_F(ControlTls, WantsATokenOfWhoShowsNoCertificate) {
   TlsClient client{serve_tls()};
   ASSERT_FALSE(client.shake_hands());

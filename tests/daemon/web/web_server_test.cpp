@@ -116,6 +116,16 @@ TEST_F(WebServerTest, SpeaksTheControlProtocolOverWebSocket) {
   EXPECT_EQ(client.pong(), "there?");
 }
 
+TEST_F(WebServerTest, ContinuesBehindTheLastEventThatAClientHasSeen) {
+  WebSocketClient client{serve_web()};
+  client.hello();
+  for (int i = 0; i < 3; ++i) events_.publish(Topic::Fault, json::object{{"code", "E_BEAM"}});
+  const Reply reply = client.call("events.subscribe", {{"after", 1000}});
+  EXPECT_EQ(reply.result->at("complete"), true);
+  EXPECT_EQ(client.event().seq, 1001U);
+  EXPECT_EQ(client.event().seq, 1002U);
+}
+
 TEST_F(WebServerTest, TakesOneMessageForOneRequestHoweverItIsLaidOutAndCut) {
   WebSocketClient client{serve_web()};
   client.hello();

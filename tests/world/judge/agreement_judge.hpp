@@ -36,6 +36,7 @@ class AgreementJudge {
 
   std::uint64_t changes() const { return events_ + orders_ + sessions_; }
   void compare(const boost::json::object& status, const boost::json::array& models, const Numbers& metrics);
+  void compare_sessions(const std::string& counted);
   void compare_with_events(const boost::json::object& status);
   void expect(const std::string& what, const std::string& one, const std::string& other);
 

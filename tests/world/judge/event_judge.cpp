@@ -1,9 +1,11 @@
 #include "tests/world/judge/event_judge.hpp"
 
 #include <algorithm>
+#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/value_to.hpp>
 #include <string_view>
+#include <utility>
 
 #include "tests/world/answers.hpp"
 
@@ -24,50 +26,66 @@ bool is_kept(std::string_view topic) {
 
 }  // namespace
 
+EventJudge::EventJudge(const std::vector<std::string>& clients, SoakLog& log) : log_{log} {
+  for (const std::string& name : clients) readers_.push_back({.name = name});
+}
+
 void EventJudge::take(std::size_t client, const json::object& event) {
   const auto seq = event.at("seq").to_number<Seq>();
-  if (event.contains("dropped") && seq > 0) missing_[client].emplace_back(last_[client] + 1, seq - 1);
-  last_[client] = seq;
+  Reader& reader = readers_.at(client);
+  if (const json::value* const dropped = event.if_contains("dropped")) {
+    Gap gap{.first = reader.last + 1, .last = seq - 1};
+    for (const auto& [topic, count] : dropped->as_object()) gap.topics.insert(topic);
+    reader.gaps.push_back(std::move(gap));
+  }
+  reader.last = seq;
   std::string topic = text_at(event, "topic");
   if (seq <= judged_ || !is_kept(topic)) return;
   Seen& seen = events_[seq];
-  seen.by[client] = true;
+  seen.by.insert(client);
   seen.topic = std::move(topic);
-  if (events_.size() > kMany) judge();
+  if (events_.size() % kMany == 0) judge();
 }
 
 void EventJudge::subscribed(std::size_t client, const json::object& answer) {
   const json::array& missing = answer.at("missing").as_array();
   for (const json::value& each : missing) {
     const json::object& range = each.as_object();
-    missing_[client].emplace_back(range.at("first").to_number<Seq>(), range.at("last").to_number<Seq>());
+    readers_.at(client).gaps.push_back(
+        {.first = range.at("first").to_number<Seq>(), .last = range.at("last").to_number<Seq>()});
   }
   if (answer.at("complete").as_bool() != missing.empty())
     log_.broken("events that may be missing, and `complete`, contradict each other");
 }
 
 void EventJudge::restored() {
-  judged_ = std::max(last_[0], last_[1]);
+  judged_ = std::ranges::max(readers_, {}, &Reader::last).last;
   events_.clear();
 }
 
-bool EventJudge::may_miss(std::size_t client, Seq seq) const {
-  return std::ranges::any_of(missing_[client],
-                             [seq](const auto& range) { return range.first <= seq && seq <= range.second; });
+bool EventJudge::may_miss(const Reader& reader, Seq seq, const std::string& topic) {
+  return std::ranges::any_of(reader.gaps, [&](const Gap& gap) {
+    return gap.first <= seq && seq <= gap.last && (gap.topics.empty() || gap.topics.contains(topic));
+  });
 }
 
 void EventJudge::judge() {
-  const Seq common = std::min(last_[0], last_[1]);
-  for (auto event = events_.begin(); event != events_.end() && event->first <= common;) {
-    const auto& [seq, seen] = *event;
-    for (std::size_t client = 0; client < seen.by.size(); ++client)
-      if (!seen.by[client] && !may_miss(client, seq))
-        log_.broken("event " + std::to_string(seq) + " of " + seen.topic + " never comes to " +
-                    (client == 0 ? "the panel" : "the supervisor"));
-    ++compared;
-    event = events_.erase(event);
-  }
+  const Seq common = std::ranges::min(readers_, {}, &Reader::last).last;
+  for (auto event = events_.begin(); event != events_.end() && event->first <= common;
+       event = events_.erase(event))
+    judge_event(event->first, event->second);
   judged_ = std::max(judged_, common);
+  for (Reader& reader : readers_)
+    std::erase_if(reader.gaps, [this](const Gap& gap) { return gap.last <= judged_; });
+}
+
+void EventJudge::judge_event(Seq seq, const Seen& seen) {
+  ++compared;
+  for (std::size_t client = 0; client < readers_.size(); ++client) {
+    const Reader& reader = readers_[client];
+    if (!seen.by.contains(client) && !may_miss(reader, seq, seen.topic))
+      log_.broken("event " + std::to_string(seq) + " of " + seen.topic + " never comes to " + reader.name);
+  }
 }
 
 }  // namespace truepose::world
