@@ -123,12 +123,15 @@ void CellPc::start() {
   };
   read_ = config_;
   started_ = world_.clock.now();
+  stopped_.reset();
   const AllocatesFor daemon{AllocatesFor::Daemon};
   life_ = std::make_unique<Life>(world_, read_, runtime_, wall_clock, slowness);
 }
 
 void CellPc::stop() {
-  if (life_) life_->end.notify();
+  if (!life_) return;
+  if (!stopped_) stopped_ = world_.clock.now();
+  life_->end.notify();
 }
 
 void CellPc::kill() {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "config/cell_config.hpp"
 #include "tests/daemon/failing_disk.hpp"
@@ -29,6 +30,8 @@ class CellPc final : public Process {
   /// The daemon ends at once; of its files stays what was synced, and by chance more.
   void lose_power();
   bool runs() const { return life_ != nullptr; }
+  /// When the daemon that runs was stopped; none: it was not.
+  std::optional<drivers::TimePoint> stopped() const { return runs() ? stopped_ : std::nullopt; }
   /// What the daemon that runs has read, and when it was started; null: none runs.
   const config::CellConfig* running() const { return runs() ? &read_ : nullptr; }
   drivers::TimePoint started() const { return started_; }
@@ -53,6 +56,7 @@ class CellPc final : public Process {
   test::FailingDisk& disk_;
   config::CellConfig config_, read_;
   drivers::TimePoint started_{};
+  std::optional<drivers::TimePoint> stopped_;
   const std::filesystem::path runtime_;
   PcFiles files_;
   std::unique_ptr<Life> life_;

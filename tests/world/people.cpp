@@ -47,16 +47,4 @@ asio::awaitable<void> calibrate(Cell& cell) {
   co_await campaign_over(cell);
 }
 
-asio::awaitable<void> run_program(Cell& cell, std::string name) {
-  config::ScenarioFault select;
-  select.kind = config::ScenarioFault::Kind::ProgramSelect;
-  select.program = name;
-  cell.devices.begin(select);
-  for (;;) {
-    co_await cell.world.pass(1s);
-    const auto program = cell.devices.program();
-    if (program.name != name || program.state != eki::ProgramState::Active) co_return;
-  }
-}
-
 }  // namespace truepose::world

@@ -21,7 +21,5 @@ boost::asio::awaitable<void> campaign_over(Cell& cell);
 boost::asio::awaitable<boost::json::object> start_campaign(Cell& cell);
 /// Measures a few poses, and has the model activated.
 boost::asio::awaitable<void> calibrate(Cell& cell);
-/// Selects a program at the pendant, and waits until it has ended.
-boost::asio::awaitable<void> run_program(Cell& cell, std::string name);
 
 }  // namespace truepose::world

@@ -85,7 +85,7 @@ class Soak {
     cell_.world.rsi.on_cycle = [this](const RsiCycle& cycle) {
       stream_.see(cycle);
       log_.take_broken(stream_.broken);
-      if (cycle.end == sim::RsiEnd::Off && stream_.left_deg > kZero_deg && !log_.is_disturbed())
+      if (cycle.end == sim::RsiEnd::Off && stream_.left_deg > kZero_deg)
         log_.broken("a program ends with a correction of " + std::to_string(stream_.left_deg) + " deg");
       axes_.see(cycle);
       corrections_.see(cycle);
@@ -120,7 +120,8 @@ class Soak {
     cell_.world.run([this] { return over_ || (options_.until && log_.since_begin() >= *options_.until); });
     if (!over_) return finish();
     cell_.pc.stop();
-    cell_.world.run([&] { return !cell_.pc.runs(); });
+    cell_.world.run([&] { return !cell_.pc.runs() || !ends_in_time(); });
+    judge_end();
     look_at_files();
     return finish();
   }
@@ -165,6 +166,7 @@ class Soak {
   Wait supervise() {
     while (!over_) {
       co_await cell_.world.pass(2s);
+      judge_end();
       if (over_ || cell_.pc.runs()) continue;
       resources_.ended();
       if (!cell_.pc.has_power) continue;
@@ -182,6 +184,19 @@ class Soak {
         log_.broken(std::string{"the daemon does not start: "} + e.what());
       }
     }
+  }
+
+  /// By TimeoutStopSec of the unit, behind which it is killed; a slow PC takes longer.
+  bool ends_in_time() const {
+    constexpr std::chrono::seconds kLongest{15};
+    return !cell_.pc.stopped() || log_.now() - *cell_.pc.stopped() < kLongest ||
+           log_.had_fault({"disk-slow", "pc-stalled", "pc-stalled-in-a-program"}, kLongest);
+  }
+
+  void judge_end() {
+    if (ends_in_time()) return;
+    log_.broken("a daemon that was stopped does not end");
+    cell_.pc.kill();
   }
 
   void look_at_files() {
@@ -271,7 +286,7 @@ class Soak {
     return report_;
   }
 
-  static constexpr double kZero_deg = 1e-3;
+  static constexpr double kZero_deg = 1e-4;
   static constexpr std::chrono::hours kCalmEnd{1};  // without new trouble
 
   const SoakOptions& options_;

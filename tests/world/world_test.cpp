@@ -6,14 +6,10 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
-#include <set>
 #include <string>
-#include <string_view>
-#include <utility>
 
 #include "tests/trials.hpp"
 #include "tests/world/cell.hpp"
-#include "tests/world/judge/stream_judge.hpp"
 #include "tests/world/people.hpp"
 #include "tests/world/soak.hpp"
 
@@ -60,65 +56,7 @@ TEST(AWorld, OfOneSeedHasOneHistory) {
   EXPECT_NE(one.hash, other.hash);
 }
 
-// ---- A shift without trouble ----
-
-asio::awaitable<void> produce(Cell& cell, drivers::Duration time) {
-  co_await connect(cell);
-  co_await calibrate(cell);
-  co_await asked(cell, "stream.arm");
-  const drivers::TimePoint end = cell.world.clock.now() + time;
-  while (cell.world.clock.now() < end) co_await run_program(cell, "GLUING");
-  co_await asked(cell, "stream.disarm");
-}
-
-TEST(AShift, IsCorrectedInSmallStepsAndLeavesNothing) {
-  Cell cell{3};
-  StreamJudge judge{cell.max_step_deg};
-  cell.world.rsi.on_cycle = [&](const RsiCycle& cycle) { judge.see(cycle); };
-  cell.pc.start();
-  cell.world.play(produce(cell, 20min));
-  end_in_order(cell);
-  EXPECT_THAT(judge.broken, testing::IsEmpty());
-  EXPECT_GT(judge.sessions, 5U);
-  EXPECT_GT(judge.largest_deg, 0.05);
-  EXPECT_LT(judge.largest_left_deg, 1e-4);
-}
-
-// ---- A daemon that ends in the middle of a campaign ----
-
-/// Points that were reported as measured: campaign, pose and position.
-using Points = std::set<std::string>;
-
-std::string point_text(std::string_view campaign, const json::object& point) {
-  return std::string{campaign} + ' ' + json::serialize(point.at("pose")) + ' ' +
-         json::serialize(point.at("p_mm"));
-}
-
-asio::awaitable<void> measure_while_it_dies(Cell& cell, bool by_power) {
-  co_await connect(cell);
-  const json::object begun = co_await start_campaign(cell);
-  for (int death = 0; death < 3; ++death) {
-    co_await cell.world.pass(std::chrono::seconds{20 + static_cast<int>(cell.world.random.uniform(0, 60))});
-    by_power ? cell.pc.lose_power() : cell.pc.kill();
-    co_await cell.world.pass(30s);
-    cell.pc.start();
-    co_await connect(cell);
-    json::object which{{"id", begun.at("id")}};
-    co_await asked(cell, "campaign.resume", std::move(which));
-  }
-  co_await campaign_over(cell);
-}
-
-asio::awaitable<void> read_points(Cell& cell, Points& points) {
-  json::object all{{"limit", 1000}};
-  const json::object answer = co_await asked(cell, "campaign.points", std::move(all));
-  const std::string campaign{answer.at("id").as_string()};
-  for (const json::value& point : answer.at("points").as_array()) {
-    const json::object& measured = point.as_object();
-    // Of poses that a resumption measured again nothing is reported.
-    if (measured.at("purpose") != "check") points.insert(point_text(campaign, measured));
-  }
-}
+// ---- An abort that the controller does not hear ----
 
 asio::awaitable<double> turned_within(Cell& cell, drivers::Duration time) {
   const JointVector before = cell.devices.axes();
@@ -150,24 +88,6 @@ TEST(ACampaign, ThatIsAbortedBehindAnOpenGateDoesNotEndItsMoveOnceTheProgramIsSt
   cell.pc.start();
   cell.world.play(abort_behind_the_gate(cell));
   end_in_order(cell);
-}
-
-TEST(ACampaign, OutlivesItsDaemonWithoutLosingAReportedPoint) {
-  for (const bool by_power : {false, true}) {
-    Cell cell{by_power ? 5U : 4U};
-    Points reported, stored;
-    cell.panel.on_event = [&](const json::object& event) {
-      if (event.at("topic") != "measurement") return;
-      const json::object& point = event.at("data").as_object();
-      reported.insert(point_text(point.at("campaign_id").as_string(), point));
-    };
-    cell.pc.start();
-    cell.world.play(measure_while_it_dies(cell, by_power));
-    cell.world.play(read_points(cell, stored));
-    end_in_order(cell);
-    EXPECT_GE(reported.size(), 18U);
-    EXPECT_EQ(stored, reported);
-  }
 }
 
 // ---- Everything at once ----

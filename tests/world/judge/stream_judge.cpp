@@ -38,14 +38,12 @@ void StreamJudge::see(const RsiCycle& cycle) {
       broken.push_back(where() + ": axis " + std::to_string(i + 1) + " steps by " + std::to_string(step) +
                        " deg");
     largest_step_deg = std::max(largest_step_deg, step);
-    largest_deg = std::max(largest_deg, std::abs(*deg));
     in_effect_deg[i] = *deg;
   }
   judge_effect(cycle, in_effect_deg, where());
   if (cycle.end != sim::RsiEnd::Off) return;
   left_deg = 0;
   for (const double deg : in_effect_deg) left_deg = std::max(left_deg, std::abs(deg));
-  largest_left_deg = std::max(largest_left_deg, left_deg);
 }
 
 /// A correction of which much has moved nothing for long is held.

@@ -20,9 +20,7 @@ class StreamJudge {
 
   std::uint64_t cycles = 0, sessions = 0;
   double largest_step_deg = 0;
-  double largest_deg = 0;           ///< correction of an axis
   double left_deg = 0;              ///< correction of an axis where a program closed RSI last
-  double largest_left_deg = 0;      ///< of all
   std::vector<std::string> broken;  ///< promises, each with its session and cycle
 
  private:
