@@ -96,9 +96,9 @@ double factor_of(const ForeignTable& table, std::size_t column, const TableForm&
 
 double converted(double value, const ForeignTable& table, std::size_t row, std::size_t column,
                  const TableForm& form) {
-  constexpr double kGreatest_deg = 3600, kGreatest_mm = 1e5;
+  constexpr double kLargestTurn_deg = 3600, kFarthestPoint_mm = 1e5;
   const bool angle = is_angle(form, table.columns[column].name);
-  const double greatest = angle ? kGreatest_deg : kGreatest_mm;
+  const double greatest = angle ? kLargestTurn_deg : kFarthestPoint_mm;
   if (std::abs(value) > greatest)
     table.fail(row, column,
                in_quotes(table.rows[row].fields[column]) +
