@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <initializer_list>
 #include <span>
 #include <utility>
+#include <vector>
 
 namespace truepose::config {
 namespace {
@@ -171,7 +171,7 @@ std::pair<std::string_view, std::string> unit_at_end(std::string_view header) {
 std::string unit_word(std::string_view word) {
   struct Unit {
     std::string_view unit;
-    std::initializer_list<std::string_view> words;
+    std::vector<std::string_view> words;
   };
   static const std::array kUnits{
       Unit{"deg", {"deg", "degree", "degrees", "grad", "\xC2\xB0", "\xC2\xBA", "deg.", "\xE5\xBA\xA6"}},
