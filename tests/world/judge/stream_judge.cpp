@@ -33,7 +33,9 @@ void StreamJudge::see(const RsiCycle& cycle) {
       broken.push_back(where() + ": a reply without axis " + std::to_string(i + 1));
       break;
     }
-    const double step = std::abs(*deg - in_effect_deg[i]);
+    double step = std::abs(*deg - in_effect_deg[i]);
+    // Of replies that move nothing a new start begins with what the arm has.
+    if (cycle.ignored) step = std::min(step, std::abs(*deg - moved_deg_[i]));
     if (step > max_step_deg_ + kRounding_deg)
       broken.push_back(where() + ": axis " + std::to_string(i + 1) + " steps by " + std::to_string(step) +
                        " deg");
