@@ -130,7 +130,7 @@ void refuse_two_of_a_name(const ForeignTable& table, const TableForm& form) {
   }
 }
 
-/// Refuses "X" beside "X_ist" or "X.1": the robot's own position must not pass for the tracker's reading.
+/// Refuses "X" next to "X_ist" or "X.1": the robot's own position must not pass for the tracker's reading.
 void refuse_two_readings(const ForeignTable& table, const TableReading& reading) {
   for (const char axis : {'x', 'y', 'z'}) {
     const std::string name(1, axis);

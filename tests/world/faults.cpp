@@ -102,24 +102,25 @@ Wait reset_connections(Cell& cell, Random& random) {
   co_return;
 }
 
-Wait silence(Cell& cell, Random& random, const drivers::MemoryNetwork::Ports ports) {
-  cell.world.network.silence(ports, true);
+using Ports = drivers::MemoryNetwork::Ports;
+
+/// What the network does to devices, for some time.
+Wait disturb(Cell& cell, Random& random, void (drivers::MemoryNetwork::*set)(const Ports&, bool), bool to,
+             const Ports ports) {
+  (cell.world.network.*set)(ports, to);
   co_await cell.world.pass(lasting(random, 1s, 4min));
-  cell.world.network.silence(ports, false);
+  (cell.world.network.*set)(ports, !to);
 }
 
-Wait silence_controller(Cell& cell, Random& random) { return silence(cell, random, {kEki, kEkiState}); }
-Wait silence_tracker(Cell& cell, Random& random) { return silence(cell, random, {kTracker}); }
-
-/// Its plug is pulled: no end of a connection learns of it.
-Wait unplug(Cell& cell, Random& random, const drivers::MemoryNetwork::Ports ports) {
-  cell.world.network.power(ports, false);
-  co_await cell.world.pass(lasting(random, 1s, 4min));
-  cell.world.network.power(ports, true);
+template <std::uint16_t... kPorts>
+Wait silence(Cell& cell, Random& random) {
+  return disturb(cell, random, &drivers::MemoryNetwork::silence, true, {kPorts...});
 }
-
-Wait unplug_controller(Cell& cell, Random& random) { return unplug(cell, random, {kEki, kEkiState}); }
-Wait unplug_tracker(Cell& cell, Random& random) { return unplug(cell, random, {kTracker}); }
+/// The plug is pulled: no end of a connection learns of it.
+template <std::uint16_t... kPorts>
+Wait unplug(Cell& cell, Random& random) {
+  return disturb(cell, random, &drivers::MemoryNetwork::power, false, {kPorts...});
+}
 
 Wait slow_network(Cell& cell, Random& random) {
   cell.world.network.latency = lasting(random, 10ms, 5s);
@@ -251,10 +252,10 @@ constexpr std::array kFaults{
     FaultKind{"robot-file-edited", 0.1, Waits::ForNothing, &edit_robot_file},
     FaultKind{"clock-set", 0.5, Waits::ForNothing, &set_clock},
     FaultKind{"connections-reset", 2, Waits::ForNothing, &reset_connections},
-    FaultKind{"controller-silent", 2, Waits::ForNothing, &silence_controller},
-    FaultKind{"tracker-link-silent", 2, Waits::ForNothing, &silence_tracker},
-    FaultKind{"controller-unplugged", 1, Waits::ForNothing, &unplug_controller},
-    FaultKind{"tracker-unplugged", 1, Waits::ForNothing, &unplug_tracker},
+    FaultKind{"controller-silent", 2, Waits::ForNothing, &silence<kEki, kEkiState>},
+    FaultKind{"tracker-link-silent", 2, Waits::ForNothing, &silence<kTracker>},
+    FaultKind{"controller-unplugged", 1, Waits::ForNothing, &unplug<kEki, kEkiState>},
+    FaultKind{"tracker-unplugged", 1, Waits::ForNothing, &unplug<kTracker>},
     FaultKind{"network-slow", 2, Waits::ForNothing, &slow_network},
     FaultKind{"foreign-client", 2, Waits::ForNothing, &disturb_control_port},
     FaultKind{"clients-cut", 2, Waits::ForNothing, &cut_clients},

@@ -32,7 +32,7 @@ std::optional<std::int64_t> daemon_heap_bytes() {
 
 namespace {
 
-/// Stands before each block, so that whoever gives it back knows whose it was.
+/// Stands before each block, from which operator delete knows whose it was.
 struct alignas(std::max_align_t) Header {
   std::int64_t bytes_of_daemon;
 };
