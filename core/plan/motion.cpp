@@ -14,6 +14,9 @@ namespace {
 constexpr double kLongestStep_rad = 5 * kRadPerDeg, kShortestStep_rad = 0.5 * kRadPerDeg;
 // Stopovers that are tried in pairs: all pairs would take too long.
 constexpr std::size_t kMostPaired = 12;
+constexpr double kLeavingStep_mm = 5;
+// Joints are read as rounded values.
+constexpr double kNoNearer_mm = 0.5;
 
 double reach_mm(const RobotModel& robot) {
   double reach = robot.X_flange.translation().norm();
@@ -42,22 +45,36 @@ MotionChecker::MotionChecker(Scene scene)
     : checker_{std::move(scene)}, step_rad_{step_rad(checker_.scene())} {}
 
 bool MotionChecker::clear(const JointVector& from, const JointVector& to) {
+  const auto leaves = first_clear(from, to);
+  if (!leaves) return false;
+  const auto comes = first_clear(to, from);
+  if (!comes) return false;
   const JointVector way = to - from;
   const int steps = 1 + static_cast<int>(largest_move_rad(checker_.scene().robot, from, to) / step_rad_);
   const double change_mm = checker_.largest_change_mm(way) / steps;
-  const auto spare_mm = [&](int step) {
-    return checker_.spare_mm(from + static_cast<double>(step) / steps * way);
-  };
-  int first = 0, last = steps;
-  while (first <= last && spare_mm(first) < 0) ++first;
-  while (last > first && spare_mm(last) < 0) --last;
+  const int first = static_cast<int>(std::ceil(*leaves * steps));
+  const int last = static_cast<int>(std::floor((1 - *comes) * steps));
   for (int step = first; step < last; ++step) {
-    const double spare = spare_mm(step);
+    const double spare = checker_.spare_mm(from + static_cast<double>(step) / steps * way);
     if (spare < 0) return false;
     // So many more cannot have used it up.
     step += spare < change_mm * steps ? static_cast<int>(spare / change_mm) : steps;
   }
-  return first <= last;
+  return true;
+}
+
+std::optional<double> MotionChecker::first_clear(const JointVector& from, const JointVector& to) {
+  const JointVector way = to - from;
+  const double there_mm = checker_.spare_mm(from);
+  if (there_mm >= 0) return 0;
+  const int steps = 1 + static_cast<int>(checker_.largest_change_mm(way) / kLeavingStep_mm);
+  for (int step = 1; step <= steps; ++step) {
+    const double part = static_cast<double>(step) / steps;
+    const double spare_mm = checker_.spare_mm(from + part * way);
+    if (spare_mm >= 0) return part;
+    if (spare_mm < there_mm - kNoNearer_mm) return std::nullopt;
+  }
+  return std::nullopt;
 }
 
 std::optional<std::vector<JointVector>> MotionChecker::way(const JointVector& from, const JointVector& to,

@@ -13,8 +13,8 @@ class MotionChecker {
  public:
   explicit MotionChecker(Scene scene);
 
-  /// Whether the arm stays clear between two places. Places near an end at which it is not clear itself do
-  /// not count: it stands there, and must be able to leave.
+  /// Whether the arm stays clear between two places. From a place at which it is not clear itself it may
+  /// leave, and it may come to such a place, on a way that comes no nearer to anything than that place is.
   bool clear(const JointVector& from, const JointVector& to);
 
   /// Places to go by on the way: none where the motion itself is clear, else those of one or two stopovers.
@@ -25,6 +25,10 @@ class MotionChecker {
                                               std::span<const JointVector> stopovers);
 
  private:
+  /// The part of the way (0 to 1) after which the arm is clear; nothing where it comes nearer to anything
+  /// before than it is at the start, or is never clear.
+  std::optional<double> first_clear(const JointVector& from, const JointVector& to);
+
   PoseChecker checker_;
   double step_rad_;  // of the joint that moves most, from one place that is judged to the next
 };

@@ -82,5 +82,27 @@ TEST(Motion, LeavesAPlaceThatIsNotClearItself) {
   EXPECT_TRUE(motion.clear(reaching(0), reaching(60)));
 }
 
+/// The first a1 from -40 deg at which the reaching arm is nearer to the obstacles than that.
+double standing_near_deg(const Scene& scene, double clearance_mm) {
+  double a1_deg = -40;
+  while (test::judge_by_sampling(scene, reaching(a1_deg)).clearance_mm > clearance_mm) a1_deg += 0.05;
+  return a1_deg;
+}
+
+TEST(Motion, FromWithinTheClearanceItGoesAwayAndNotThroughTheObstacle) {
+  for (const double radius_mm : {150.0, 5.0}) {
+    Scene scene = pillar_scene();
+    scene.surroundings.obstacles.front().radius_mm = radius_mm;
+    MotionChecker motion{scene};
+    const double near_deg = standing_near_deg(scene, 20);
+    ASSERT_TRUE(PoseChecker{scene}.collision_at(reaching(near_deg)));
+    EXPECT_TRUE(motion.clear(reaching(near_deg), reaching(near_deg - 40)));
+    EXPECT_FALSE(motion.clear(reaching(near_deg), reaching(40)));
+    // Nor does it come to such a place from the other side.
+    EXPECT_TRUE(motion.clear(reaching(near_deg - 40), reaching(near_deg)));
+    EXPECT_FALSE(motion.clear(reaching(40), reaching(near_deg)));
+  }
+}
+
 }  // namespace
 }  // namespace truepose
