@@ -6,9 +6,11 @@
 #include <utility>
 #include <vector>
 
+#include "config/cell_setup.hpp"
 #include "core/change/reference_pose.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
+#include "core/plan/scene.hpp"
 #include "core/plan/tour.hpp"
 #include "core/planted_bug.hpp"
 #include "daemon/campaign/mean_reading.hpp"
@@ -76,14 +78,19 @@ Remedy remedy_of(drivers::TrackerFault fault) {
   return Remedy::ReconnectTracker;
 }
 
-/// Each joint alone a little to the side where it has more room, and back.
-std::vector<JointVector> small_motions(const RobotModel& robot, const JointVector& start) {
+/// Each joint alone a little to the side where it has more room, and back: within its limits, and where the
+/// arm comes near something, away from that.
+std::vector<JointVector> small_motions(const Scene& scene, const JointVector& start) {
+  PoseChecker checker{scene};
   std::vector<JointVector> motions;
-  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
-    const Joint& joint = robot.joints[i];
+  for (std::size_t i = 0; i < scene.robot.joints.size(); ++i) {
+    const Joint& joint = scene.robot.joints[i];
     const auto at = static_cast<Eigen::Index>(i);
-    JointVector q = start;
+    JointVector q = start, other = start;
     q[at] += start[at] < (joint.min + joint.max) / 2 ? kSmallTurn_rad : -kSmallTurn_rad;
+    other[at] -= q[at] - start[at];
+    const double spare_mm = checker.spare_mm(q);
+    if (spare_mm < 0 && within_limits(scene.robot, other) && checker.spare_mm(other) > spare_mm) q = other;
     motions.insert(motions.end(), {q, start});
   }
   return motions;
@@ -283,7 +290,7 @@ CellDevices::Outcome<void> CellDevices::prove_arm() {
   auto start = co_await ready_state();
   if (!start) co_return std::unexpected(start.error());
   std::vector<ControllerPose> poses{{start->q, start->X_BF_reported}};
-  for (const JointVector& q : small_motions(config_.robot.model, start->q)) {
+  for (const JointVector& q : small_motions(config::scene_of(config_), start->q)) {
     auto reached = co_await drive(q);
     if (!reached) co_return std::unexpected(reached.error());
     auto pose = co_await pose_at(*reached);

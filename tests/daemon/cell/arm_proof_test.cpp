@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
+#include "config/cell_setup.hpp"
 #include "core/math/angles.hpp"
+#include "core/plan/scene.hpp"
 #include "tests/daemon/campaign_fixture.hpp"
 
 namespace truepose::daemon {
@@ -78,6 +80,33 @@ TEST_F(CampaignTest, TheRightArmMovesEveryJointABitBeforeItsFirstRealMotion) {
   EXPECT_NEAR(way.minCoeff(), kRadPerDeg, 1e-6);
   EXPECT_NEAR(way.maxCoeff(), kRadPerDeg, 1e-6);
 }
+
+/// A post with so much room between it and the arm's flange at q: on the one or the other side of the arm, as
+/// axis 1 turns.
+Capsule post_near(const RobotModel& robot, const JointVector& q, double room_mm, double side) {
+  constexpr double kRadius_mm = 10;
+  const Eigen::Vector3d flange_mm = forward_kinematics(robot, q).translation();
+  const Eigen::Vector3d aside = side * Eigen::Vector3d::UnitZ().cross(flange_mm).normalized();
+  const Eigen::Vector3d foot_mm = flange_mm + (kRadius_mm + room_mm) * aside;
+  return {{foot_mm.x(), foot_mm.y(), 0}, {foot_mm.x(), foot_mm.y(), 3000}, kRadius_mm};
+}
+
+/// On the one or the other side.
+struct AnArmNearAPost : CampaignTest, testing::WithParamInterface<double> {};
+
+TEST_P(AnArmNearAPost, MakesItsFirstSmallMotionAwayFromThat) {
+  config.surroundings.obstacles = {post_near(config.robot.model, truth.q_start, 30, GetParam())};
+  PoseChecker near{config::scene_of(config)};
+  ASSERT_TRUE(near.collision_at(truth.q_start));
+  start();
+  const auto has_turned = [this] { return std::abs(cell->q()[0] - truth.q_start[0]) > 0.5 * kRadPerDeg; };
+  ASSERT_TRUE(clock.run(io, has_turned));
+  EXPECT_GT(near.spare_mm(cell->q()), near.spare_mm(truth.q_start));
+  ASSERT_TRUE(go_on());
+  EXPECT_TRUE(*outcome) << outcome->error().detail;
+}
+
+INSTANTIATE_TEST_SUITE_P(OnEachSide, AnArmNearAPost, testing::Values(1.0, -1.0));
 
 TEST_F(CampaignTest, AnArmWhoseControllerChangesItsMindStopsTheCampaignAtThatPose) {
   start();
