@@ -97,7 +97,9 @@ CsvTable read_in_order(const TwoFiles& files, const TableForm& form, const Table
     if (std::ranges::find(kOfPoint, name) == kOfPoint.end()) joints.known.push_back(name);
     if (!is_of_joint(name)) points.known.push_back(name);
   }
-  std::ranges::copy_if(form.needed.front(), std::back_inserter(joints.needed.front()), is_of_joint);
+  for (const auto& needed : form.needed)
+    if (joints.needed.front().empty())
+      std::ranges::copy_if(needed, std::back_inserter(joints.needed.front()), is_of_joint);
   const CsvTable of_joints = read_table(files.first, joints, &reading);
   const CsvTable of_points = read_table(files.second, points, &reading);
   auto [table, how] = joined({of_joints, of_points, files.first.string(), files.second.string()});

@@ -70,7 +70,7 @@ struct Join {
 };
 
 bool is_key_column(const std::string& name) {
-  return name.starts_with(kKeyPrefix) || name == "pose" || name == "time";
+  return name.starts_with(kKeyPrefix) || name == "pose" || name == "point" || name == "time";
 }
 
 std::string shown_name(const std::string& column) {

@@ -112,6 +112,22 @@ TEST_F(RobotFixCommand, DataCheckShowsWhatAFileIsUnderstoodAs) {
   EXPECT_THAT(right.out, HasSubstr("\"rows\":40"));
 }
 
+TEST_F(RobotFixCommand, DataCheckShowsJointsAndPointsOfTwoFiles) {
+  const std::string joints = folder_.write("joints.csv",
+                                           "point,A1,A2,A3,A4,A5,A6\n"
+                                           "P1,0,-90,90,0,10,0\nP2,10,-80,90,0,20,0\n");
+  const std::string points =
+      folder_.write("points.csv", "Name;X;Y;Z\nP2;1600,5;5;1900\nP1;1500,1;0,2;2000\n");
+  for (const std::string& two : {joints + "+" + points, points + "+" + joints}) {
+    const Finished check = run_program("truepose", {"data", "check", two, "--robot", kRobot});
+    EXPECT_THAT(check.err, HasSubstr("joints of " + joints + " by 'point', points of " + points +
+                                     " by 'Name': 2 joined"));
+    EXPECT_THAT(check.out,
+                HasSubstr("joints have 0 decimals: rounding to 1 deg moves a point at 2 m by up to 17.5 mm"));
+    EXPECT_THAT(check.out, HasSubstr("\nP2     10  -80  90  0   20  0   1600.5  5    1900\n"));
+  }
+}
+
 /// A robot command in a folder of its own.
 class RobotCommands : public testing::Test {
  protected:

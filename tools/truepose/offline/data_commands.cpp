@@ -122,16 +122,16 @@ void find_duplicates(const config::CsvTable& table, std::vector<std::string>& fi
 }
 
 void find_coarse_joints(const DataSummary& summary, std::vector<std::string>& findings) {
-  constexpr double kReach_mm = 2000, kHalfStep_deg = 0.05;
+  constexpr double kReach_mm = 2000;
   int most = -1;
   for (const ColumnRange& range : summary.ranges)
     if (is_joint(range)) most = std::max(most, range.decimals);
   if (most < 0 || most > 1) return;
-  findings.push_back(
-      "joints have " + std::to_string(most) + (most == 1 ? " decimal" : " decimals") +
-      formatted(": rounding to 0.1 deg moves a point at 2 m by up to %.1f mm. Export them with "
-                "four decimals",
-                kHalfStep_deg * kRadPerDeg * kReach_mm));
+  const double step_deg = most == 1 ? 0.1 : 1;
+  findings.push_back("joints have " + std::to_string(most) + (most == 1 ? " decimal" : " decimals") +
+                     formatted(": rounding to %g deg moves a point at 2 m by up to %.1f mm. Export them with "
+                               "four decimals",
+                               step_deg, step_deg / 2 * kRadPerDeg * kReach_mm));
 }
 
 void find_units(const DataSummary& summary, std::vector<std::string>& findings) {
