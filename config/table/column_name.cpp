@@ -233,6 +233,18 @@ bool names_a_sum(std::string_view field) {
   return std::ranges::find(kSums, lower(trimmed_name(field))) != kSums.end();
 }
 
+bool names_validity(std::string_view header) {
+  constexpr std::array<std::string_view, 6> kNames{"valid",  "is_valid", "isvalid",
+                                                   "gültig", "gueltig",  "valide"};
+  return std::ranges::find(kNames, lower(trimmed_name(header))) != kNames.end();
+}
+
+bool says_invalid(std::string_view field) {
+  constexpr std::array<std::string_view, 11> kWords{
+      "0", "false", "no", "n", "nein", "non", "invalid", "ungültig", "ungueltig", "falsch", "faux"};
+  return std::ranges::find(kWords, lower(trimmed_name(field))) != kWords.end();
+}
+
 bool may_be_joint(std::string_view header) {
   const std::string name = lower(header);
   return std::ranges::any_of(std::array{"joint", "axis", "achs", "position"},

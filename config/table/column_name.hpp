@@ -30,6 +30,11 @@ bool is_key_name(std::string_view header);
 /// Whether a row of that name is computed from others: "Mean", "Summe".
 bool names_a_sum(std::string_view field);
 
+/// Whether a header says of its column which rows are valid: "Valid", "is_valid", "gültig".
+bool names_validity(std::string_view header);
+/// Whether a field of such a column says that its row is not: "0", "false", "nein".
+bool says_invalid(std::string_view field);
+
 /// Whether a header that is not known may be of a joint: "shoulder_pan_joint", "/joint_states/position.0".
 bool may_be_joint(std::string_view header);
 

@@ -177,6 +177,19 @@ void ForeignTable::add(std::string header, ColumnName meaning, const std::vector
   for (std::size_t row = 0; row < rows.size(); ++row) rows[row].fields.push_back(fields[row]);
 }
 
+std::string leave_out_invalid_rows(ForeignTable& table) {
+  const auto column =
+      static_cast<std::size_t>(std::ranges::find_if(table.headers, names_validity) - table.headers.begin());
+  if (column == table.headers.size()) return {};
+  const auto invalid =
+      std::erase_if(table.rows, [&](const CsvRow& row) { return says_invalid(row.fields[column]); });
+  if (invalid == 0) return {};
+  if (table.rows.empty())
+    table.fail(in_quotes(table.headers[column]) + " says of each row that it is not valid");
+  return std::to_string(invalid) + (invalid == 1 ? " row" : " rows") + " left out, not valid by " +
+         in_quotes(table.headers[column]);
+}
+
 void expand_krl_columns(ForeignTable& table) {
   if (table.rows.empty()) return;
   const std::size_t count = table.headers.size();

@@ -27,6 +27,10 @@ struct ForeignTable {
   void add(std::string header, ColumnName meaning, const std::vector<std::string>& fields);
 };
 
+/// Leaves out rows that a column says are not valid. Throws ConfigError where none is left.
+/// @return what was left out; empty: nothing
+std::string leave_out_invalid_rows(ForeignTable& table);
+
 /// Columns of KRL aggregates, {E6AXIS: A1 1.0, A2 ..}, as columns of their members; the columns themselves
 /// are left out. Throws ConfigError where a row has other members.
 void expand_krl_columns(ForeignTable& table);

@@ -406,6 +406,8 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   if (form.keeps_keys) name_keys(table, form);
   notes.add_if(take_units_row(table), "units below the header");
   expect_widths(table);
+  const std::string invalid = leave_out_invalid_rows(table);
+  notes.add_if(!invalid.empty(), invalid);
   expand_krl_columns(table);
   refuse_two_of_a_name(table, form);
   refuse_two_readings(table, reading);

@@ -103,6 +103,16 @@ TEST_F(MeasurementVariants, ARowOfSumsIsNoMeasurement) {
                   .text());
 }
 
+TEST_F(MeasurementVariants, RowsThatAreNotValidByTheirOwnColumnAreLeftOut) {
+  for (const auto& [yes, no] : {std::pair{"1", "0"}, {"True", "False"}, {"ja", "nein"}}) {
+    std::string text = with_more({}).with_column(0, "Valid", yes).text(";");
+    expect_read(text + no + std::string{";1;2;3;4;5;6;700;800;900\n"});
+    EXPECT_THAT(said_, HasSubstr("1 row left out, not valid by 'Valid'"));
+  }
+  EXPECT_THAT(refusal(with_more({}).with_column(0, "is_valid", "0").text()),
+              HasSubstr("'is_valid' says of each row that it is not valid"));
+}
+
 TEST_F(MeasurementVariants, NamesOfFurtherProgramsAndLanguagesAreRead) {
   const Sheet sheet = Sheet::correct();
   for (const std::string name :
