@@ -28,7 +28,8 @@ bool moves_the_arm(const std::string& state) {
 
 void AxisJudge::see(const RsiCycle& cycle) {
   last_cycle_ = log_.now();
-  if (cycle.datagram.empty() || log_.had_fault({"rsi-corrupted"}, 1s)) return;
+  // A fault lasts by cycles, which silences and restarts of the controller delay.
+  if (cycle.datagram.empty() || log_.had_fault({"rsi-corrupted"}, 15s)) return;
   JointVector q_rad = JointVector::Zero(6);
   for (int i = 0; i < 6; ++i) {
     const auto deg = rsi_attribute(cycle.datagram, "AIPos", "A" + std::to_string(i + 1));

@@ -20,47 +20,48 @@ constexpr double kMuch_deg = 0.1, kHeld_deg = 0.01;
 
 void StreamJudge::see(const RsiCycle& cycle) {
   ++cycles;
-  const auto [session, is_new] = in_effect_deg_.try_emplace(cycle.session);
+  const auto [known, is_new] = sessions_.try_emplace(cycle.session);
   if (is_new) ++sessions;
-  Axes& in_effect_deg = session->second;
+  Session& session = known->second;
   const auto where = [&] {
     return "session " + std::to_string(cycle.session) + ", cycle " + std::to_string(cycles);
   };
-  for (std::size_t i = 0; i < in_effect_deg.size(); ++i) {
+  for (std::size_t i = 0; i < session.sent_deg.size(); ++i) {
     if (cycle.reply.empty()) break;  // the controller holds what it has
     const auto deg = rsi_attribute(cycle.reply, "AK", "A" + std::to_string(i + 1));
     if (!deg) {
       broken.push_back(where() + ": a reply without axis " + std::to_string(i + 1));
       break;
     }
-    double step = std::abs(*deg - in_effect_deg[i]);
+    double step = std::abs(*deg - session.sent_deg[i]);
     // Of replies that move nothing a new start begins with what the arm has.
-    if (cycle.ignored) step = std::min(step, std::abs(*deg - moved_deg_[i]));
+    if (cycle.ignored) step = std::min(step, std::abs(*deg - session.moved_deg[i]));
     if (step > max_step_deg_ + kRounding_deg)
       broken.push_back(where() + ": axis " + std::to_string(i + 1) + " steps by " + std::to_string(step) +
                        " deg");
     largest_step_deg = std::max(largest_step_deg, step);
-    in_effect_deg[i] = *deg;
+    session.sent_deg[i] = *deg;
   }
-  judge_effect(cycle, in_effect_deg, where());
+  judge_effect(cycle, session, where());
   if (cycle.end != sim::RsiEnd::Off) return;
   left_deg = 0;
-  for (const double deg : in_effect_deg) left_deg = std::max(left_deg, std::abs(deg));
+  for (const double deg : session.sent_deg) left_deg = std::max(left_deg, std::abs(deg));
 }
 
 /// A correction of which much has moved nothing for long is held.
-void StreamJudge::judge_effect(const RsiCycle& cycle, const Axes& sent_deg, const std::string& where) {
+void StreamJudge::judge_effect(const RsiCycle& cycle, Session& session, const std::string& where) {
   const auto difference_deg = [&](const Axes& other_deg) {
     double largest = 0;
-    for (std::size_t i = 0; i < sent_deg.size(); ++i)
-      largest = std::max(largest, std::abs(sent_deg[i] - other_deg[i]));
+    for (std::size_t i = 0; i < other_deg.size(); ++i)
+      largest = std::max(largest, std::abs(session.sent_deg[i] - other_deg[i]));
     return largest;
   };
-  if (!cycle.ignored) moved_deg_ = sent_deg;
-  const bool is_missing = cycle.ignored && !cycle.reply.empty() && difference_deg(moved_deg_) > kMuch_deg;
-  ignored_ = is_missing ? ignored_ + 1 : 0;
-  if (ignored_ == kNoticed) held_deg_ = sent_deg;
-  if (ignored_ > kNoticed && difference_deg(held_deg_) > kHeld_deg)
+  if (!cycle.ignored) session.moved_deg = session.sent_deg;
+  const bool is_missing =
+      cycle.ignored && !cycle.reply.empty() && difference_deg(session.moved_deg) > kMuch_deg;
+  session.ignored = is_missing ? session.ignored + 1 : 0;
+  if (session.ignored == kNoticed) session.held_deg = session.sent_deg;
+  if (session.ignored > kNoticed && difference_deg(session.held_deg) > kHeld_deg)
     broken.push_back(where + ": a correction that moves nothing is not held");
 }
 

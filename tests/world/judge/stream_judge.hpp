@@ -26,12 +26,16 @@ class StreamJudge {
  private:
   using Axes = std::array<double, 6>;
 
-  void judge_effect(const RsiCycle& cycle, const Axes& sent_deg, const std::string& where);
+  struct Session {
+    Axes sent_deg{};               ///< the last correction
+    Axes moved_deg{}, held_deg{};  ///< the last that moved the arm, and that is held
+    int ignored = 0;               ///< cycles in a row
+  };
+
+  void judge_effect(const RsiCycle& cycle, Session& session, const std::string& where);
 
   const double max_step_deg_;
-  std::map<std::uint64_t, Axes> in_effect_deg_;  // of each session
-  int ignored_ = 0;                              // cycles in a row
-  Axes moved_deg_{}, held_deg_{};                // the last correction that moved the arm, and that is held
+  std::map<std::uint64_t, Session> sessions_;
 };
 
 }  // namespace truepose::world
