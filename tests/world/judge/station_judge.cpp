@@ -45,7 +45,10 @@ void StationJudge::look() {
 void StationJudge::take_progress(const json::object& progress) {
   look();
   const std::string id = text_at(progress, "id");
-  if (id != campaign_) is_clear_ = true;
+  if (id != campaign_) {
+    is_clear_ = true;
+    campaign_began_ = log_.now();
+  }
   campaign_ = id;
   measures_ = !rests(text_at(progress, "phase"));
   if (measures_) measured_at_mm_ = last_moved_mm_;
@@ -55,7 +58,9 @@ void StationJudge::take_change(const json::object& change) {
   look();
   if (text_at(change, "change") != "made") return;
   const json::object& model = change.at("model").as_object();
-  if (text_at(model, "campaign_id") == campaign_ && is_clear_)
+  // A wrong reading may pass for a tracker that has moved.
+  const bool is_wrong = log_.had_fault({"tracker-biased", "other-reflector"}, log_.now() - campaign_began_);
+  if (text_at(model, "campaign_id") == campaign_ && is_clear_ && !is_wrong)
     made_.emplace(text_at(model, "id"), measured_at_mm_);
 }
 

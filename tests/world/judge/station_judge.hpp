@@ -37,8 +37,9 @@ class StationJudge {
 
   Cell& cell_;
   SoakLog& log_;
-  Eigen::Vector3d last_moved_mm_{0, 0, 0};   // of the tracker, at the last look
-  std::string campaign_;                     // the last
+  Eigen::Vector3d last_moved_mm_{0, 0, 0};  // of the tracker, at the last look
+  std::string campaign_;                    // the last
+  drivers::TimePoint campaign_began_{};
   bool measures_ = false;                    // it does
   Eigen::Vector3d measured_at_mm_{0, 0, 0};  // what the tracker had moved when it did last
   bool is_clear_ = false;                    // while it did, the tracker stood still

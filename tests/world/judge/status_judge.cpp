@@ -9,7 +9,11 @@ namespace truepose::world {
 
 namespace json = boost::json;
 
-void StatusJudge::take(const json::object& change) { state_ = text_at(change, "state"); }
+void StatusJudge::take(const json::object& change) {
+  state_ = text_at(change, "state");
+  // Of a fault before the end a panel without connection hears afterwards.
+  if (state_ == "fault") armed_before_ = false;
+}
 
 void StatusJudge::restarted(bool order_lost) {
   armed_before_ = (armed_before_ || state_ == "armed") && !order_lost;
