@@ -48,10 +48,10 @@ FaultText text_of(StreamFault fault, const FaultDetail& detail) {
               "move the program's points inside the limit, or correct the limit in robot.file"};
     case StreamFault::RepliesRejected:
       return {
-          "the controller does not take replies that were sent in time: the ethernet configuration on "
-          "it has another SENTYPE or other names than the one that truepose reads "
-          "(stream.ethernet_xml)",
-          "load that one there"};
+          "the controller takes no reply, though all were sent in time: the ethernet configuration on it has "
+          "another SENTYPE or other names than the one that truepose reads (stream.ethernet_xml), or the "
+          "network delays or loses them",
+          "load that configuration there; if it is there, look at the switch and the cable of the RSI network"};
     case StreamFault::WrongCycle:
       return {"the controller's IPOC rises by " + formatted("%.0f", detail.value) +
                   " from packet to packet, but stream.cycle_ms is " + formatted("%.0f", detail.limit) +
