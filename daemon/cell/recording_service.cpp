@@ -121,6 +121,8 @@ asio::awaitable<RecordingService::Saved> RecordingService::save_now(std::string 
     std::error_code gone;
     const std::uintmax_t bytes = std::filesystem::file_size(file, gone);
     if (gone) return std::unexpected(file.string() + ": " + gone.message());
+    for (const std::string& name : folder_.remove_left_over())
+      log_info("recording " + name + " removed: the daemon was killed while it wrote it");
     for (const std::string& name : folder_.prune())
       log_info("recording " + name + " removed: more than the cell file keeps");
     return RecordingFolder::Entry{file.filename(), bytes};

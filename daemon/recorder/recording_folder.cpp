@@ -1,5 +1,7 @@
 #include "daemon/recorder/recording_folder.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
 #include <system_error>
@@ -25,6 +27,15 @@ std::uint64_t number_of(const RecordingFolder::Entry& entry) {
   const std::size_t digits = stem.rfind('_') + 1;  // from the start where there is none
   const auto [read, error] = std::from_chars(stem.data() + digits, end, number);
   return error == std::errc{} && read == end ? number : 0;
+}
+
+/// What a daemon that was killed has left of a recording, "NAME.pcapng.PID": of a process that is not this
+/// one.
+bool is_left_over(const fs::path& file) {
+  const std::string pid = file.extension();
+  return file.stem().extension() == kExtension && pid.size() > 1 &&
+         pid.find_first_not_of("0123456789", 1) == std::string::npos &&
+         pid != "." + std::to_string(::getpid()) && config::is_own_file(file);
 }
 
 }  // namespace
@@ -68,6 +79,17 @@ fs::path RecordingFolder::find(const std::string& name) const {
   const auto entries = list();
   const bool there = std::ranges::find(entries, name, &Entry::name) != entries.end();
   return there ? config_.folder / name : fs::path{};
+}
+
+std::vector<std::string> RecordingFolder::remove_left_over() const {
+  std::error_code ignored;
+  std::vector<fs::path> left_over;
+  for (fs::directory_iterator each{config_.folder, ignored}, end; each != end; each.increment(ignored))
+    if (is_left_over(each->path())) left_over.push_back(each->path());
+  std::vector<std::string> removed;
+  for (const fs::path& file : left_over)
+    if (fs::remove(file, ignored)) removed.push_back(file.filename());
+  return removed;
 }
 
 std::vector<std::string> RecordingFolder::prune() const {

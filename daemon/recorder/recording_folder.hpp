@@ -34,6 +34,8 @@ class RecordingFolder {
   std::filesystem::path find(const std::string& name) const;
   /// Removes what is too much, but never the last made. @return their names
   std::vector<std::string> prune() const;
+  /// Removes what daemons that were killed while they wrote have left. @return their names
+  std::vector<std::string> remove_left_over() const;
 
  private:
   config::RecordingConfig config_;

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "config/text_file.hpp"
 #include "daemon/recorder/recorder.hpp"
@@ -124,6 +125,18 @@ TEST(ARecordingFolder, RemovesTheOldestAndKeepsTheNewestWhateverItsSize) {
   EXPECT_EQ(small.list().size(), 1U);
   EXPECT_TRUE(fs::exists(folder.path() / "notes.txt"));
   EXPECT_EQ(small.find("../" + folder.path().filename().string() + "/notes.txt"), fs::path{});
+}
+
+TEST(ARecordingFolder, RemovesWhatAKilledDaemonLeftUnfinished) {
+  const TempFolder folder;
+  const std::string ours = "2026-02.pcapng." + std::to_string(::getpid());
+  for (const std::string& name : {std::string{"2026-01.pcapng"}, std::string{"2026-01.pcapng.4194305"}, ours,
+                                  std::string{"notes.4194305"}, std::string{"2026-01.pcapng.old"}})
+    folder.write(name, "x");
+  const RecordingFolder recordings{{.folder = folder.path()}};
+  EXPECT_THAT(recordings.remove_left_over(), ElementsAre("2026-01.pcapng.4194305"));
+  EXPECT_THAT(recordings.remove_left_over(), ElementsAre());
+  EXPECT_TRUE(fs::exists(folder.path() / ours)) << "which is being written";
 }
 
 }  // namespace
