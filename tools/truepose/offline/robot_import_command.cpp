@@ -53,12 +53,25 @@ config::UrdfOptions urdf_options(const RobotImport& command) {
   return options;
 }
 
+/// Refuses options that say nothing of such a source.
+void expect_options_of(const RobotImport& command, bool is_urdf, bool is_table) {
+  const config::UrdfOptions& urdf = command.urdf;
+  const bool has_urdf =
+      !urdf.base.empty() || !urdf.tip.empty() || urdf.takes_masses || !command.arguments.empty();
+  if (has_urdf && !is_urdf)
+    throw bad_usage("--base, --tip, --arg, --masses: are of a .urdf or .xacro, and " +
+                    command.source.string() + " is none");
+  if (!is_table && (!command.dh.empty() || !command.units.empty()))
+    throw bad_usage("--dh, --units: are of a DH table (.csv), and " + command.source.string() + " is none");
+}
+
 config::ImportedArm imported(const RobotImport& command) {
   std::string name = command.source.filename().string();
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (name.ends_with(".urdf") || name.ends_with(".xacro"))
-    return config::load_urdf(command.source, urdf_options(command));
-  if (name.ends_with(".csv")) return from_table(command);
+  const bool is_urdf = name.ends_with(".urdf") || name.ends_with(".xacro"), is_table = name.ends_with(".csv");
+  expect_options_of(command, is_urdf, is_table);
+  if (is_urdf) return config::load_urdf(command.source, urdf_options(command));
+  if (is_table) return from_table(command);
   if (name.ends_with(".yaml") || name.ends_with(".yml")) return config::load_opw(command.source);
   if (has_machine_data(command.source)) return {config::load_machine_data(command.source), {}};
   throw CommandError{kBadInput,
