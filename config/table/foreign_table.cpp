@@ -158,6 +158,31 @@ void count_marks(const ForeignTable& table, std::size_t column, Marks& marks) {
   }
 }
 
+/// Refuses points such as "1.500", where others are "200": all that have a point may have thousands set
+/// apart.
+void refuse_grouped_points(const ForeignTable& table) {
+  std::optional<std::pair<std::size_t, std::size_t>> group;
+  bool has_whole = false;
+  for (const char* name : {"x", "y", "z"}) {
+    const std::size_t column = table.find(name);
+    if (column == table.columns.size()) continue;
+    for (std::size_t row = 0; row < table.rows.size(); ++row) {
+      const auto number = number_marks(table.rows[row].fields[column]);
+      if (!number) continue;
+      has_whole |= number->points == 0;
+      if (number->points > 0 && !number->may_be_group) return;
+      if (number->points > 0 && !group) group = {row, column};
+    }
+  }
+  if (!group || !has_whole) return;
+  const std::string& field = table.rows[group->first].fields[group->second];
+  std::string none = field;
+  none.erase(none.find('.'), 1);
+  table.fail(group->first, group->second,
+             in_quotes(field) + " may be " + field + " or " + none +
+                 ", as other coordinates have no point: save the file without thousands separators");
+}
+
 }  // namespace
 
 void ForeignTable::fail(std::size_t row, std::size_t column, std::string_view what) const {
@@ -231,7 +256,10 @@ bool normalise_numbers(ForeignTable& table) {
     take_units(table, column);
     count_marks(table, column, marks);
   }
-  if (marks.commas == 0) return false;
+  if (marks.commas == 0) {
+    refuse_grouped_points(table);
+    return false;
+  }
   const auto [row, column] = *marks.comma;
   if (marks.point) {
     const auto& [r, c] = *marks.point;

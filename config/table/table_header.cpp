@@ -141,7 +141,8 @@ void refuse_rows_of_columns(const std::vector<CsvRow>& records, const std::strin
                     ". Transpose the table: a row for each pose, a column for each of these");
 }
 
-void refuse_header(const std::vector<CsvRow>& records, const std::string& file, const TableForm& form) {
+void refuse_header(const std::vector<CsvRow>& records, const std::string& file, const TableForm& form,
+                   const std::string& encoding) {
   const std::vector<std::string>& needed = form.needed.front();
   const auto uncommented = std::ranges::find_if_not(records, is_comment);
   const CsvRow& first = uncommented == records.end() ? records.front() : *uncommented;
@@ -156,7 +157,10 @@ void refuse_header(const std::vector<CsvRow>& records, const std::string& file, 
                       list_of(first.fields) +
                       ". Separate columns by commas, semicolons, tabs or blanks, in every row alike");
   throw ConfigError(file + ": no column is known, found " + list_of(first.fields) +
-                    ". Say which is which: --columns " + choice_of(needed, false));
+                    ". Say which is which: --columns " + choice_of(needed, false) +
+                    (encoding.empty() ? ""
+                                      : ". The file was read as " + encoding +
+                                            ": if its names are others, save it as UTF-8"));
 }
 
 bool has_faulty_own_names(const std::vector<std::string>& headers, const TableForm& form) {

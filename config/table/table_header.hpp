@@ -34,8 +34,9 @@ void refuse_rows_of_columns(const std::vector<CsvRow>& records, const std::strin
                             const TableForm& form, const TableReading& reading);
 
 /// Throws ConfigError: that no column is known, or that there is no header.
+/// @param encoding  that was taken for the file's; empty: UTF-8
 [[noreturn]] void refuse_header(const std::vector<CsvRow>& records, const std::string& file,
-                                const TableForm& form);
+                                const TableForm& form, const std::string& encoding);
 
 /// What the columns are, by the user's choice or by their names.
 std::vector<ColumnName> meanings_of(const std::vector<std::string>& headers, const TableReading& reading);

@@ -391,7 +391,7 @@ OwnForm own_form(std::string bytes, const std::string& file, const TableForm& fo
   if (is_plain_read && !form.keeps_keys && records.separator.empty() && has_own_names &&
       !has_krl_cells(records.rows) && has_faulty_own_names(names.fields, form))
     return {std::string{unmarked}, 1, {}};
-  if (!has_header) refuse_header(records.rows, file, form);
+  if (!has_header) refuse_header(records.rows, file, form, decoded.encoding);
 
   Notes notes;
   ForeignTable table = table_of(std::move(records.rows), header, file, reading);

@@ -113,6 +113,22 @@ TEST_F(MeasurementVariants, RowsThatAreNotValidByTheirOwnColumnAreLeftOut) {
               HasSubstr("'is_valid' says of each row that it is not valid"));
 }
 
+TEST_F(MeasurementVariants, ThousandsThatMayBeDecimalsAreBothNamed) {
+  Sheet sheet = with_more({});
+  for (auto& row : sheet.rows)
+    row[row.size() - 3] = "1.500", row[row.size() - 2] = "200", row.back() = "1.800";
+  EXPECT_THAT(refusal(sheet.text(";")),
+              HasSubstr("X: '1.500' may be 1.500 or 1500, as other coordinates have no point"));
+  sheet.rows[3].back() = "1.8";
+  EXPECT_NO_THROW(load(sheet.text(";")));
+}
+
+TEST_F(MeasurementVariants, NamesInAnotherEncodingAreNotTakenForOurs) {
+  const std::string gbk = "\xB9\xD8,\xBD\xDA,\xD7\xF8\n1,2,3\n4,5,6\n";
+  EXPECT_THAT(refusal(gbk),
+              HasSubstr("The file was read as Windows-1252: if its names are others, save it as UTF-8"));
+}
+
 TEST_F(MeasurementVariants, NamesOfFurtherProgramsAndLanguagesAreRead) {
   const Sheet sheet = Sheet::correct();
   for (const std::string name :
