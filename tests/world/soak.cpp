@@ -329,7 +329,7 @@ std::optional<std::chrono::milliseconds> time_in(const std::string& text) {
 SoakReport soak(const SoakOptions& options) {
   // Where those of other instruction sets fuse a multiplication with an addition is the optimiser's choice,
   // and not every processor has them: histories would differ in the last digits.
-  kernels::use(kernels::Isa::Baseline);
+  if (!options.own_kernels) kernels::use(kernels::Isa::Baseline);
   return Soak{options}.run();
 }
 

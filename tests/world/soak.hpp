@@ -19,6 +19,8 @@ struct SoakOptions {
   /// Ends there in the middle of everything, with nothing judged at the end; none: at its end.
   std::optional<std::chrono::milliseconds> until{};
   double production_h_per_day = 2;  ///< at most, of programs under correction
+  /// Computes as the programs do on this processor; histories are then the same on its like alone.
+  bool own_kernels = false;
   /// Called with each event of the daemon's, and each fault as it begins and ends.
   SoakLog::Trace trace = [](auto&&...) {};
 };

@@ -47,6 +47,8 @@ int main(int argc, char** argv) {
   app.add_option("--faults", faults, "all, none, or names");
   app.add_option("--until", until, "stop there: \"3 04:57:24.093\"");
   app.add_option("--trace", topics, "all, or topics of events: cell, campaign, fault, order, ...");
+  app.add_flag("--own-kernels", options.own_kernels,
+               "compute as the programs do on this processor; histories are the same on its like alone");
   app.add_flag("--shrink", shrinks, "which faults a broken promise needs");
   CLI11_PARSE(app, argc, argv);
   spdlog::set_level(spdlog::level::off);
@@ -86,8 +88,9 @@ int main(int argc, char** argv) {
   for (const world::BrokenPromise& broken : report.broken)
     fmt::print("BROKEN {} {}\n", world::time_text(broken.at), broken.promise);
   const auto behind = report.broken.front().at + std::chrono::seconds{1};
-  fmt::print("again: soak --seed {} --days {} --production {} --until \"{}\" --trace all\n", options.seed,
-             options.days, options.production_h_per_day, world::time_text(behind));
+  fmt::print("again: soak --seed {} --days {} --production {} --until \"{}\" --trace all{}\n", options.seed,
+             options.days, options.production_h_per_day, world::time_text(behind),
+             options.own_kernels ? " --own-kernels" : "");
   if (shrinks) {
     options.until = behind;
     fmt::print("needed faults: {}\n", fmt::join(shrunk(options), " "));
