@@ -23,12 +23,16 @@ std::string sealed(const std::string& text) {
   return text + std::string{kKey} + text::sha256_hex(text) + "\n";
 }
 
-void check_seal(const std::string& text, const std::string& name, const std::string& remedy) {
+bool has_its_seal(const std::string& text) {
   const std::size_t seal = seal_in(text);
-  if (seal == std::string::npos)
+  return seal != std::string::npos && text == sealed(text.substr(0, seal));
+}
+
+void check_seal(const std::string& text, const std::string& name, const std::string& remedy) {
+  if (seal_in(text) == std::string::npos)
     throw ConfigError(
         name + ": its last line is no 'sha256: ...', which shows that the others are unchanged; " + remedy);
-  if (text != sealed(text.substr(0, seal)))
+  if (!has_its_seal(text))
     throw ConfigError(
         name + ": its content is not what was written (another SHA-256): take the file as it was made, or " +
         remedy);

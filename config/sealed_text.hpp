@@ -11,6 +11,9 @@ namespace truepose::config {
 std::string sealed(const std::string& text);
 
 /// Whether a text is the one that sealed() wrote, from its first byte to the last.
+bool has_its_seal(const std::string& text);
+
+/// The same, for who reads a file.
 ///
 /// @param name    of the text, in the message
 /// @param remedy  how it is made again: "identify again"

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "config/cell_setup.hpp"
+#include "config/sealed_text.hpp"
 #include "core/formatted.hpp"
 #include "core/math/angles.hpp"
 #include "daemon/campaign/campaign_result.hpp"
@@ -99,6 +100,8 @@ std::vector<JointVector> poses_of_task(std::span<const StoredPoint> points) {
 
 std::expected<config::ModelFile, std::string> unaltered_model(const ModelRecord& record) {
   if (const WhyNot altered = altered_text(record)) return model_refused(record, *altered);
+  if (!config::has_its_seal(record.yaml))
+    return model_refused(record, "its text is not the one that was made (its last line has another SHA-256)");
   try {
     return config::parse_model(record.yaml, "its text");
   } catch (const config::ConfigError& error) {

@@ -82,9 +82,11 @@ asio::awaitable<StoreResult<void>> ModelService::load_active() {
     const std::string& refused = (*found)->checked.error();
     log_error(refused);
     runner_.faults().begin({FaultCode::Model, refused});
+    refused_ = (*found)->record;
     co_return StoreResult<void>{};
   }
   runner_.faults().end(FaultCode::Model);
+  refused_.reset();
   const StoredModel& model = *(*found)->checked;
   active_ = Active{(*found)->record, model.file.cell, config::drift_reference(model.file),
                    warning_of(model.file.verdict)};
@@ -161,6 +163,7 @@ void ModelService::compare_frame() {
 
 void ModelService::forget() {
   active_.reset();
+  refused_.reset();
   parts_.stream.use_no_model();
   runner_.faults().end(FaultCode::Model);
   runner_.faults().end(FaultCode::ToolData);
@@ -316,13 +319,13 @@ Reply<rpc::ModelActivate> ModelService::make_active(std::string id, std::string 
 }
 
 Reply<rpc::ModelDeactivate> ModelService::deactivate(rpc::ModelDeactivate, std::string by) {
-  const std::optional<Active> before = active_;
+  const std::optional<ModelRecord> before = active_ ? std::optional{active_->record} : refused_;
   forget();
   auto job = [this] { return parts_.store.activate_model(""); };
   co_await store_.keep(kActiveModel, job);
-  if (before) publish("deactivated", before->record, by);
+  if (before) publish("deactivated", *before, by);
   rpc::ModelDeactivate::Result result;
-  if (before) result.deactivated = before->record.id;
+  if (before) result.deactivated = before->id;
   co_return result;
 }
 

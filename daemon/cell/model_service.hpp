@@ -119,6 +119,7 @@ class ModelService {
   const DeviceService& devices_;
   const ToolService& tools_;
   std::optional<Active> active_;
+  std::optional<ModelRecord> refused_;  ///< that the store has as the active one, and that is not worked with
   ActiveTool tool_;
   std::map<int, Eigen::Isometry3d> frames_;  ///< of the tools that the controller has used, as it had them
   std::uint64_t number_ = 0;                 ///< of the model that the stream was given last

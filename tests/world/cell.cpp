@@ -1,6 +1,7 @@
 #include "tests/world/cell.hpp"
 
 #include <boost/json/array.hpp>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -53,11 +54,13 @@ rsi::EthernetConfig ethernet_of(const config::Scenario& scenario) {
 
 /// Its ports are those of the cell file.
 sim::CellOptions options(std::uint64_t seed, const config::CellConfig& config) {
-  return {.eki_port = config.robot.eki_motion.port,
-          .tracker_port = config.tracker.address.port,
-          .rsi_host = config.stream.listen.host,
-          .rsi_port = config.stream.listen.port,
-          .seed = seed};
+  sim::CellOptions options{.eki_port = config.robot.eki_motion.port,
+                           .tracker_port = config.tracker.address.port,
+                           .rsi_host = config.stream.listen.host,
+                           .rsi_port = config.stream.listen.port,
+                           .seed = seed};
+  if (config.tracker.protocol == config::TrackerProtocol::Bridge) options.bridge_port = options.tracker_port;
+  return options;
 }
 
 sim::Machine machine(World& world) {
@@ -87,16 +90,24 @@ Cell::Cell(std::uint64_t seed, const Change& change)
       devices{machine(world), scenario, ethernet_of(scenario), options(world.random.next(), files_.cell)},
       pc{world, disk, files_.cell, "run"},
       panel{world, "panel", kToken},
-      supervisor{world, "supervisor", kSupervisorsToken} {
+      supervisor{world, "supervisor", kSupervisorsToken},
+      mirror{world, "mirror", kViewersToken} {
   const boost::json::array kept{"cell", "campaign", "measurement", "model", "fault", "control"};
   for (int i = 1; i <= kViewers; ++i)
     viewers.emplace_back(world, "viewer " + std::to_string(i), kViewersToken, kept);
 }
 
 std::vector<Client*> Cell::clients() {
-  std::vector<Client*> all{&panel, &supervisor};
+  std::vector<Client*> all{&panel, &supervisor, &mirror};
   for (Client& viewer : viewers) all.push_back(&viewer);
   return all;
+}
+
+boost::asio::awaitable<void> Cell::end_of_daemon() {
+  do {
+    pc.stop();
+    co_await world.pass(std::chrono::milliseconds{100});
+  } while (pc.runs());
 }
 
 void Cell::change_arm(const std::function<void(config::Scenario&)>& change) {

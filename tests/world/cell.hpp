@@ -1,9 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <boost/asio/awaitable.hpp>
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "config/cell_config.hpp"
@@ -44,12 +47,16 @@ class Cell {
   const double max_step_deg;  ///< of the stream, by the cell file
   sim::SimulatedCell devices;
   Eigen::Vector3d tracker_moved_mm{0, 0, 0};  ///< what it reads is off by that since it was bumped
+  std::set<std::string> edited_models;        ///< in the store, which no daemon may work with
   CellPc pc;
+  /// Stops the daemon, and returns when it does not run.
+  boost::asio::awaitable<void> end_of_daemon();
   /// Exchanges the arm, or what is in it.
   void change_arm(const std::function<void(config::Scenario&)>& change);
   int arm_changes = 0;
   Client panel;       ///< with the token of the cell
   Client supervisor;  ///< an operator of the access list
+  Client mirror;      ///< that shows the cell to others, a viewer
   /// HMIs that only show: viewers of the access list, who subscribe to what the daemon keeps.
   std::deque<Client> viewers;
   std::vector<Client*> clients();

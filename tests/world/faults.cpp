@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include "tests/world/model_edit.hpp"
+
 namespace truepose::world {
 
 namespace asio = boost::asio;
@@ -250,6 +252,7 @@ constexpr std::array kFaults{
     FaultKind{"pc-stalled", 2, Waits::ForNothing, &stall},
     FaultKind{"pc-stalled-in-a-program", 2, Waits::ForRsi, &stall},
     FaultKind{"robot-file-edited", 0.1, Waits::ForNothing, &edit_robot_file},
+    FaultKind{"model-edited", 0.2, Waits::ForNothing, &edit_model},
     FaultKind{"clock-set", 0.5, Waits::ForNothing, &set_clock},
     FaultKind{"connections-reset", 2, Waits::ForNothing, &reset_connections},
     FaultKind{"controller-silent", 2, Waits::ForNothing, &silence<kEki, kEkiState>},

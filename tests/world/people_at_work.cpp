@@ -1,5 +1,6 @@
 #include "tests/world/people_at_work.hpp"
 
+#include <algorithm>
 #include <boost/json/serialize.hpp>
 #include <chrono>
 #include <utility>
@@ -24,6 +25,12 @@ bool is_in_order(const json::object& seen) {
   const std::string state = text_at(seen, "state");
   const bool rests = state == "ready" || state == "disconnected" || state == "armed";
   return rests && seen.at("faults").as_array().empty() && seen.at("interrupted").as_array().empty();
+}
+
+bool has_fault(const json::object& seen, const char* code) {
+  return std::ranges::any_of(seen.at("faults").as_array(), [code](const json::value& fault) {
+    return text_at(fault.as_object(), "code") == code;
+  });
 }
 
 std::string stuck_text(const json::object& seen) {
@@ -180,6 +187,15 @@ Wait PeopleAtWork::activate_a_model() {
   co_await orders_.give("model.activate", std::move(params));
 }
 
+/// Of a model that was altered: as its sentence says, another one, or none.
+Wait PeopleAtWork::replace_model() {
+  if (random_.uniform() < 0.8) {
+    co_await activate_a_model();
+  } else {
+    co_await orders_.give("model.deactivate");
+  }
+}
+
 Wait PeopleAtWork::save_recording() {
   const json::value answer = co_await orders_.give("recording.save");
   if (is_result(answer)) judges_.files.saved(text_at(result_of(answer), "file"));
@@ -195,15 +211,13 @@ Wait PeopleAtWork::back_up() {
 /// Puts the backup in the place of the store, while the daemon does not run.
 Wait PeopleAtWork::restore() {
   if (backup_.empty()) co_return;
-  do {
-    cell_.pc.stop();
-    co_await cell_.world.pass(100ms);
-  } while (cell_.pc.runs());
+  co_await cell_.end_of_daemon();
   log_.trace("order", "restore " + backup_.string());
   const auto restored = daemon::restore_store(backup_, "cell.sqlite", std::to_string(++restores_));
   if (!restored && !log_.is_disturbed()) log_.broken("the backup is not restored: " + restored.error());
   if (!restored) co_return;
   orders_.forget_lost();
+  cell_.edited_models.clear();  // they are as they were backed up
   judges_.points.restored();
   judges_.states.restored();
   judges_.agreement.restored();
@@ -263,6 +277,7 @@ Wait PeopleAtWork::act_on(const json::object& seen) {
   const std::string state = text_at(seen, "state");
   const json::array& interrupted = seen.at("interrupted").as_array();
   if (!seen.at("faults").as_array().empty()) co_await orders_.give("cell.acknowledge");
+  if (has_fault(seen, "E_MODEL") && random_.uniform() < 0.5) co_await replace_model();
   if (state == "paused") {
     co_await orders_.give(random_.uniform() < 0.8 ? "campaign.resume" : "campaign.abort");
   } else if (state == "streaming") {

@@ -62,6 +62,7 @@ class PeopleAtWork {
   Wait produce(double production_h_per_day);
   Wait run_program();
   Wait activate_a_model();
+  Wait replace_model();
   Wait save_recording();
   Wait back_up();
   Wait restore();
@@ -79,7 +80,7 @@ class PeopleAtWork {
   int restores_ = 0;
   Orders orders_{cell_.panel, log_};
   Measuring measuring_{cell_, log_, orders_, random_};
-  Reading reading_{cell_.panel, log_, random_};
+  Reading reading_{cell_, log_, random_};
 };
 
 }  // namespace truepose::world

@@ -49,8 +49,9 @@ Wait Reading::read_models() {
   if (!is_result(models) || result_of(models).at("models").as_array().empty()) co_return;
   const json::object& one = one_of(result_of(models).at("models").as_array(), random_);
   const json::object which{{"id", one.at("id")}};
-  co_await read("model.get", which);
   co_await read("model.export", which);
+  if (cell_.edited_models.contains(text_at(one, "id"))) co_return;
+  co_await read("model.get", which);
   json::array joints;
   joints.push_back(json::array{0, -90, 90, 0, 35, 0});
   json::object targets{{"joints", std::move(joints)}, {"model_id", one.at("id")}};

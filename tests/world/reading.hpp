@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/math/random.hpp"
-#include "tests/world/client.hpp"
+#include "tests/world/cell.hpp"
 #include "tests/world/soak_log.hpp"
 
 namespace truepose::world {
@@ -14,7 +14,7 @@ namespace truepose::world {
 /// recordings. Judges that what comes in parts fits together, and that what is listed can be read.
 class Reading {
  public:
-  Reading(Client& client, SoakLog& log, Random& random) : client_{client}, log_{log}, random_{random} {}
+  Reading(Cell& cell, SoakLog& log, Random& random) : cell_{cell}, log_{log}, random_{random} {}
 
   boost::asio::awaitable<void> read_all();
 
@@ -29,7 +29,8 @@ class Reading {
   Wait read(std::string method, boost::json::object params = {});
   void refused(const std::string& method, const boost::json::value& answer);
 
-  Client& client_;
+  Cell& cell_;
+  Client& client_ = cell_.panel;
   SoakLog& log_;
   Random& random_;
 };

@@ -31,6 +31,7 @@
 #include "tests/world/judge/stream_judge.hpp"
 #include "tests/world/judge/tool_judge.hpp"
 #include "tests/world/methods.hpp"
+#include "tests/world/mirror.hpp"
 #include "tests/world/people_at_work.hpp"
 #include "tests/world/supervisor.hpp"
 #include "tests/world/viewers.hpp"
@@ -53,10 +54,11 @@ std::uint64_t seed_of(std::uint64_t seed, std::string_view name) {
   return hash.value();
 }
 
-/// Of every third seed the flange has two reflectors.
+/// Of every third seed the flange has two reflectors, of every fourth the tracker stands behind a bridge.
 Cell::Change cell_of(std::uint64_t seed) {
   return [seed](config::CellConfig& cell, config::Scenario& scenario) {
-    constexpr std::uint64_t kWithTwo = 3;
+    constexpr std::uint64_t kWithTwo = 3, kWithBridge = 4;
+    if (seed % kWithBridge == 2) cell.tracker.protocol = config::TrackerProtocol::Bridge;
     if (seed % kWithTwo != 0) return;
     cell.further_reflectors = {{.name = "2", .p_FS_mm = {-70, 40, 180}, .facing_F = {-0.6, 0.4, 0.7}}};
     scenario.further_reflectors = {{.p_FS_mm = {-68, 41, 183}, .facing_F = {-0.6, 0.4, 0.7}}};
@@ -76,7 +78,7 @@ class Soak {
         cell_{options.seed, cell_of(options.seed)},
         log_{cell_.world.clock, options.trace},
         stream_{cell_.max_step_deg},
-        models_{log_, cell_.scenario},
+        models_{cell_, log_},
         people_{cell_,
                 log_,
                 {states_, agreement_, events_, models_, tools_, stations_, corrections_, points_, files_},
@@ -109,6 +111,7 @@ class Soak {
     net::spawn(executor, look_at_arm(), net::rethrow);
     net::spawn(executor, look_at_clearance(), net::rethrow);
     net::spawn(executor, supervisor_.work(end_), net::rethrow);
+    net::spawn(executor, mirror_.work(), net::rethrow);
     for (Client& viewer : cell_.viewers) {
       Random random{seed_of(options_.seed, viewer.name())};
       net::spawn(executor, show(cell_, viewer, random, end_ - kCalmEnd), net::rethrow);
@@ -134,6 +137,7 @@ class Soak {
       log_.take_broken(client.complaints);
       events_.take(number, event);
       if (&client == &cell_.panel) take(event);
+      if (&client == &cell_.mirror) mirror_.take(event);
       if (&client != &cell_.supervisor) return;
       agreement_.take(event);
       supervisor_.take(event);
@@ -272,6 +276,7 @@ class Soak {
     report_.points_compared = points_.compared;
     report_.largest_point_error_mm = points_.largest_error_mm;
     report_.looks = agreement_.looks;
+    report_.statuses_compared = mirror_.compared;
     report_.events_compared = events_.compared;
     report_.cycles = stream_.cycles;
     report_.sessions = stream_.sessions;
@@ -309,6 +314,7 @@ class Soak {
   ResourceJudge resources_{cell_, log_};
   PeopleAtWork people_;
   Supervisor supervisor_;
+  Mirror mirror_{cell_, log_};
   SoakReport report_;
   drivers::TimePoint end_{};
   bool over_ = false;

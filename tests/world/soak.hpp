@@ -32,8 +32,8 @@ struct SoakReport {
   std::vector<BrokenPromise> broken;
   std::uint64_t hash = 0;
   int campaigns = 0, programs = 0, restarts = 0;
-  std::uint64_t points = 0, points_compared = 0, looks = 0, events_compared = 0, drift_checks = 0,
-                corrections_compared = 0, cycles = 0, sessions = 0;
+  std::uint64_t points = 0, points_compared = 0, looks = 0, statuses_compared = 0, events_compared = 0,
+                drift_checks = 0, corrections_compared = 0, cycles = 0, sessions = 0;
   double largest_step_deg = 0, largest_point_error_mm = 0, largest_model_error_mm = 0;
   double largest_correction_error_mm = 0;
   double largest_model_ratio = 0;  ///< of a green model's error to its validation's

@@ -70,16 +70,16 @@ int main(int argc, char** argv) {
   for (const auto& [name, count] : report.faults) fmt::print("{:22} {}\n", name, count);
   fmt::print(
       "seed {}, {} days in {:.1f} s of CPU ({:.0f} times real time): {} campaigns, {} points ({} of them "
-      "compared with the truth, worst {:.3f} mm), {} looks, {} events of all clients, {} drift checks judged, "
+      "compared with the truth, worst {:.3f} mm), {} looks, {} statuses, {} events of all clients, {} drift checks judged, "
       "{} programs, {} corrections as the model has them (worst {:.4f} mm), {} cycles in {} sessions, "
       "{} restarts (daemons of at most {:.1f} MB leave {} bytes), largest step {:.4f} deg, "
       "worst model {:.3f} mm and {:.1f} times what it says, history {:016x}\n",
       options.seed, options.days, cpu_s, options.days * 86400 / cpu_s, report.campaigns, report.points,
-      report.points_compared, report.largest_point_error_mm, report.looks, report.events_compared,
-      report.drift_checks, report.programs, report.corrections_compared, report.largest_correction_error_mm,
-      report.cycles, report.sessions, report.restarts, static_cast<double>(report.largest_daemon_bytes) / 1e6,
-      report.largest_left_bytes, report.largest_step_deg, report.largest_model_error_mm,
-      report.largest_model_ratio, report.hash);
+      report.points_compared, report.largest_point_error_mm, report.looks, report.statuses_compared,
+      report.events_compared, report.drift_checks, report.programs, report.corrections_compared,
+      report.largest_correction_error_mm, report.cycles, report.sessions, report.restarts,
+      static_cast<double>(report.largest_daemon_bytes) / 1e6, report.largest_left_bytes,
+      report.largest_step_deg, report.largest_model_error_mm, report.largest_model_ratio, report.hash);
   std::vector<std::string> unasked;
   std::ranges::set_difference(world::Methods{}.names(), report.methods, std::back_inserter(unasked));
   fmt::print("methods that no client asked for: {}\n", fmt::join(unasked, " "));

@@ -101,6 +101,14 @@ const Alteration kAlterations[] = {
     {"a sign that is turned round", [](CalibratedCell& cell) { cell.robot.joints[4].alpha_rad *= -1; }},
 };
 
+TEST_F(StoredModelTest, IsRefusedWhereOnlyTheHashOfItsRowIsThatOfAChangedText) {
+  made.yaml.at(made.yaml.find("theta: 0.") + 9) = '7';
+  made.sha256 = text::sha256_hex(made.yaml);
+  EXPECT_EQ(refusal(made),
+            "model m1 is refused: its text is not the one that was made (its last line has another SHA-256); "
+            "activate another model, or identify again");
+}
+
 TEST_F(StoredModelTest, IsRefusedWhereItIsWrongEvenWithItsHash) {
   for (const Alteration& alteration : kAlterations) {
     ModelRecord record = altered(alteration.change);

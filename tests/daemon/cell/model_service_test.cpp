@@ -130,7 +130,8 @@ TEST_F(ModelServiceTest, ForgetsTheFaultOfAModelThatIsDeactivated) {
   alter_m1();
   load();
   EXPECT_THAT(fault(), HasSubstr("m1"));
-  ASSERT_TRUE(call("model.deactivate"));
+  EXPECT_EQ(call("model.deactivate")->at("deactivated"), "m1");
+  EXPECT_EQ(event_data(control::Topic::Model).back().at("change"), "deactivated");
   EXPECT_THAT(fault(), IsEmpty());
 }
 

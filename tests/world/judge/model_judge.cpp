@@ -40,11 +40,13 @@ asio::awaitable<void> ModelJudge::compare_with_truth(Client& client) {
   const json::value status = co_await client.ask("cell.status");
   if (!is_result(status) || result_of(status).at("model").is_null()) co_return;
   const json::object& model = result_of(status).at("model").as_object();
+  if (cell_.edited_models.contains(text_at(model, "id")))
+    log_.broken("a model is active that was edited: " + json::serialize(model));
   json::object which{{"id", model.at("id")}};
   const json::value answer = co_await client.ask("model.get", std::move(which));
   if (!is_result(answer)) co_return;
-  if (text_at(model, "robot_serial") != std::to_string(truth_.robot_serial)) co_return;
-  const double error_mm = mean_error_mm(result_of(answer).at("parameters").as_array(), truth_);
+  if (text_at(model, "robot_serial") != std::to_string(cell_.scenario.robot_serial)) co_return;
+  const double error_mm = mean_error_mm(result_of(answer).at("parameters").as_array(), cell_.scenario);
   if (trusted_.erase(text_at(model, "id")) == 0) co_return;
   log_.trace("truth", text_at(model, "id") + ": " + std::to_string(error_mm) + " mm");
   largest_error_mm = std::max(largest_error_mm, error_mm);

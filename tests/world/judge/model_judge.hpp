@@ -5,17 +5,17 @@
 #include <set>
 #include <string>
 
-#include "config/scenario.hpp"
+#include "tests/world/cell.hpp"
 #include "tests/world/client.hpp"
 #include "tests/world/soak_log.hpp"
 
 namespace truepose::world {
 
-/// Judges models: at most one is active, and one that its campaign activated is about as good as it was found
-/// to be, everywhere.
+/// Judges models: at most one is active, none that was edited, and one that its campaign activated is about
+/// as good as it was found to be, everywhere.
 class ModelJudge {
  public:
-  ModelJudge(SoakLog& log, const config::Scenario& truth) : log_{log}, truth_{truth} {}
+  ModelJudge(const Cell& cell, SoakLog& log) : cell_{cell}, log_{log} {}
 
   /// An event of the topic model.
   void take(const boost::json::object& change);
@@ -26,8 +26,8 @@ class ModelJudge {
  private:
   boost::asio::awaitable<void> compare_with_truth(Client& client);
 
+  const Cell& cell_;
   SoakLog& log_;
-  const config::Scenario& truth_;
   std::set<std::string> trusted_;  // models that their campaigns activated
 };
 
