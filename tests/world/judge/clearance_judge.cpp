@@ -32,26 +32,35 @@ double distance_mm(const Arm::Vector& p, const Arm::Vector& from, const Arm::Vec
   return distance_mm(p, between(from, to, std::clamp(along / (length_mm * length_mm), 0.0, 1.0)));
 }
 
+Arm::Vector vector_of(const Eigen::Vector3d& p_mm) { return {p_mm[0], p_mm[1], p_mm[2]}; }
+
 /// Without the links behind these.
 Arm arm_until(const Arm& whole, std::size_t links) {
   Arm part = whole;
-  part.reflector = {};
-  for (std::size_t i = links; i < part.links.size(); ++i) part.links[i] = {};
+  for (std::size_t i = links; i < part.links.size(); ++i) part.links[i] = {.sign = 0};
   return part;
 }
 
 }  // namespace
 
 ClearanceJudge::ClearanceJudge(Cell& cell, SoakLog& log) : cell_{cell}, log_{log} {
-  Arm whole = nominal_arm(cell.scenario.nominal);
-  for (const std::size_t links : {2U, 3U, 4U}) parts_.push_back(arm_until(whole, links));
-  for (int i = 0; i < 3; ++i) whole.reflector[static_cast<std::size_t>(i)] = cell.scenario.p_FS_mm[i];
-  parts_.push_back(whole);
-  for (const Capsule& obstacle : cell.pc.running()->surroundings.obstacles) {
-    const auto vector_of = [](const Eigen::Vector3d& p_mm) { return Arm::Vector{p_mm[0], p_mm[1], p_mm[2]}; };
-    posts_.push_back({vector_of(obstacle.from_mm), vector_of(obstacle.to_mm), obstacle.radius_mm});
+  const Arm whole = nominal_arm(cell.scenario.nominal);
+  const config::CellConfig& config = *cell.pc.running();
+  for (const BodyPart& part : config.robot.body) {
+    constexpr int kFirst = 2;  // whatever the axes are, those before it are where they are
+    const auto links = std::min<std::size_t>(static_cast<std::size_t>(part.link), whole.links.size());
+    if (part.link >= kFirst) bodies_.push_back(body_of(arm_until(whole, links), part.capsule));
   }
+  for (const Capsule& obstacle : config.surroundings.obstacles)
+    posts_.push_back({vector_of(obstacle.from_mm), vector_of(obstacle.to_mm), obstacle.radius_mm});
   posts_.push_back(tracker_of(cell));
+}
+
+ClearanceJudge::Body ClearanceJudge::body_of(const Arm& until, const Capsule& capsule) {
+  Body body{until, until, capsule.radius_mm};
+  body.from.reflector = vector_of(capsule.from_mm);
+  body.to.reflector = vector_of(capsule.to_mm);
+  return body;
 }
 
 ClearanceJudge::Post ClearanceJudge::tracker_of(const Cell& cell) {
@@ -73,14 +82,13 @@ void ClearanceJudge::look(bool campaign_measures) {
 bool ClearanceJudge::is_clear(const JointVector& q_rad) const {
   std::array<double, 6> q{};
   for (std::size_t i = 0; i < q.size(); ++i) q[i] = q_rad[static_cast<Eigen::Index>(i)];
-  std::vector<Arm::Vector> points;
-  for (const Arm& part : parts_) points.push_back(part.point(q));
-  for (std::size_t i = 1; i < points.size(); ++i) {
+  for (const Body& body : bodies_) {
+    const Arm::Vector from = body.from.point(q), to = body.to.point(q);
     for (int step = 0; step <= kStepsOfALine; ++step) {
-      const Arm::Vector p = between(points[i - 1], points[i], static_cast<double>(step) / kStepsOfALine);
-      if (p[2] < 0) return false;
+      const Arm::Vector p = between(from, to, static_cast<double>(step) / kStepsOfALine);
+      if (p[2] < body.radius_mm) return false;
       for (const Post& post : posts_)
-        if (distance_mm(p, post.from, post.to) < post.radius_mm) return false;
+        if (distance_mm(p, post.from, post.to) < post.radius_mm + body.radius_mm) return false;
     }
   }
   return true;

@@ -8,8 +8,8 @@
 
 namespace truepose::world {
 
-/// Judges that a campaign drives the arm clear of floor, tracker and obstacles: the lines from its shoulder
-/// to its tool, without the body about them.
+/// Judges that a campaign drives the arm clear of floor, tracker and obstacles: its body beyond the shoulder,
+/// by the capsules of the robot file, and its tool.
 class ClearanceJudge {
  public:
   ClearanceJudge(Cell& cell, SoakLog& log);
@@ -20,16 +20,22 @@ class ClearanceJudge {
  private:
   bool is_clear(const JointVector& q_rad) const;
 
-  /// A post in the frame of the arm's base.
+  /// A capsule in the frame of the arm's base.
   struct Post {
     Arm::Vector from{}, to{};
     double radius_mm = 0;
   };
+  /// One that a link carries: its ends in the places of the arms' reflectors.
+  struct Body {
+    Arm from, to;
+    double radius_mm = 0;
+  };
   static Post tracker_of(const Cell& cell);
+  static Body body_of(const Arm& until, const Capsule& capsule);
 
   Cell& cell_;
   SoakLog& log_;
-  std::vector<Arm> parts_;  // each as far as one of its points: shoulder, elbow, wrist, tool
+  std::vector<Body> bodies_;
   std::vector<Post> posts_;
   JointVector q_rad_;       // at the last look
   bool was_clear_ = false;  // then
