@@ -128,6 +128,7 @@ class Session final : public sim::RsiSession {
       its.faults.clear();
       second = std::make_unique<Session>(cable, executor, its, std::move(twin),
                                          sim::RsiListener{.ended = [](sim::RsiEnd) {}});
+      second->cycles_->is_second = true;
     }
 
     sim::RsiStatistics statistics() const {
@@ -161,7 +162,7 @@ class Session final : public sim::RsiSession {
     std::unique_ptr<Session> second;
     std::uint16_t port = 0;
     std::uint64_t session = 0, sessions = 0;
-    bool stopped = false;
+    bool stopped = false, is_second = false;
   };
 
   static asio::awaitable<void> run(std::shared_ptr<Cycles> its) {
@@ -186,7 +187,7 @@ class Session final : public sim::RsiSession {
       its->receive();
       its->exchange.end_cycle();
       its->cable.on_cycle({its->session, its->datagram, its->reply, its->exchange.end(),
-                           its->exchange.covers(config::ScenarioFault::Kind::RsiIgnore)});
+                           its->exchange.covers(config::ScenarioFault::Kind::RsiIgnore), its->is_second});
       for (const std::string& name : its->exchange.take_unknown_names()) its->listener.unknown_name(name);
     }
     its->cable.session_ends();

@@ -25,6 +25,7 @@ struct RsiCycle {
   std::string_view reply;            ///< that the controller has put into effect; empty: none
   std::optional<sim::RsiEnd> end{};  ///< of the session, with this cycle
   bool ignored = false;              ///< the reply has moved nothing
+  bool is_second = false;            ///< another sender's than the controller
 };
 
 /// The RSI network between the simulated controller and the cell PC.

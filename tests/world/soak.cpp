@@ -26,6 +26,7 @@
 #include "tests/world/judge/model_judge.hpp"
 #include "tests/world/judge/point_judge.hpp"
 #include "tests/world/judge/resource_judge.hpp"
+#include "tests/world/judge/sender_judge.hpp"
 #include "tests/world/judge/station_judge.hpp"
 #include "tests/world/judge/status_judge.hpp"
 #include "tests/world/judge/stream_judge.hpp"
@@ -54,11 +55,13 @@ std::uint64_t seed_of(std::uint64_t seed, std::string_view name) {
   return hash.value();
 }
 
-/// Of every third seed the flange has two reflectors, of every fourth the tracker stands behind a bridge.
+/// Of every third seed the flange has two reflectors; of every fourth the tracker stands behind a bridge; of
+/// the fourths before those RSI goes on over a restart of the daemon.
 Cell::Change cell_of(std::uint64_t seed) {
   return [seed](config::CellConfig& cell, config::Scenario& scenario) {
     constexpr std::uint64_t kWithTwo = 3, kWithBridge = 4;
     if (seed % kWithBridge == 2) cell.tracker.protocol = config::TrackerProtocol::Bridge;
+    if (seed % kWithBridge == 1) scenario.rsi_timeout_cycles = cell.stream.timeout_cycles = 6250;  // 25 s
     if (seed % kWithTwo != 0) return;
     cell.further_reflectors = {{.name = "2", .p_FS_mm = {-70, 40, 180}, .facing_F = {-0.6, 0.4, 0.7}}};
     scenario.further_reflectors = {{.p_FS_mm = {-68, 41, 183}, .facing_F = {-0.6, 0.4, 0.7}}};
@@ -90,6 +93,7 @@ class Soak {
       if (cycle.end == sim::RsiEnd::Off && stream_.left_deg > kZero_deg)
         log_.broken("a program ends with a correction of " + std::to_string(stream_.left_deg) + " deg");
       axes_.see(cycle);
+      senders_.see(cycle);
       corrections_.see(cycle);
     };
     const auto clients = cell_.clients();
@@ -304,6 +308,7 @@ class Soak {
   AgreementJudge agreement_{cell_, cell_.supervisor, log_};
   StatusJudge states_{log_};
   AxisJudge axes_{cell_, log_};
+  SenderJudge senders_{cell_, log_};
   PointJudge points_{cell_, log_};
   FilesJudge files_{"cell.sqlite", log_};
   ModelJudge models_;
