@@ -42,6 +42,7 @@ enum class FindingKind {
   BelowNoise,
   ValidationOutliersMatter,
   ValidationOutliers,
+  CorrectedInPart,
   UnknownElsewhere,
 
   ReferenceMoved,
@@ -148,6 +149,9 @@ inline constexpr std::array kFindings{
                "measure them again"},
     FindingRow{FindingKind::ValidationOutliers, "V_VALIDATION_OUTLIERS", Severity::Note,
                "other validation outliers", "six sigma", 1, "measure them again"},
+    FindingRow{FindingKind::CorrectedInPart, "V_CORRECTED_IN_PART", Severity::Note,
+               "a compensated pose off, by the model, by more than any validation pose", kByDefinition, 1,
+               "keep the arm away from there where its position matters"},
     FindingRow{FindingKind::UnknownElsewhere, "V_UNKNOWN_ELSEWHERE", Severity::Advice,
                "an uncertainty above the mean nominal error", kByDefinition, 0.005,
                "use it only where poses were measured, or measure poses over the workspace"},

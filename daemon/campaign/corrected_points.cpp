@@ -228,6 +228,13 @@ CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const
   return corrected;
 }
 
+const StoredPoint* validation_of(const StoredPoint& again, const std::vector<StoredPoint>& points) {
+  const auto found = std::ranges::find_if(points, [&](const StoredPoint& point) {
+    return point.purpose == PointPurpose::Validate && point.q_target == again.q_target;
+  });
+  return found == points.end() ? nullptr : &*found;
+}
+
 MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
                               const std::vector<Resumption>& resumptions) {
   const std::vector<StoredPoint> points = corrected_points(measured, config, resumptions).points;

@@ -30,6 +30,9 @@ struct CorrectedPoints {
 CorrectedPoints corrected_points(const std::vector<StoredPoint>& measured, const config::CellConfig& config,
                                  const std::vector<Resumption>& resumptions = {});
 
+/// The point of these that validates the pose which `again` is a compensated one of; null: none.
+const StoredPoint* validation_of(const StoredPoint& again, const std::vector<StoredPoint>& points);
+
 /// Those of them that identify and validate. One whose readings scattered, by the tracker's own account, more
 /// than twice as much as those of most points counts for less.
 MeasurementData campaign_data(const std::vector<StoredPoint>& measured, const config::CellConfig& config,

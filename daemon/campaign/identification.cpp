@@ -1,10 +1,13 @@
 #include "daemon/campaign/identification.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include "config/cell_setup.hpp"
+#include "core/formatted.hpp"
 #include "core/quality/model_noise.hpp"
 #include "daemon/campaign/corrected_points.hpp"
+#include "daemon/campaign/stored_model.hpp"
 
 namespace truepose::daemon {
 
@@ -16,6 +19,30 @@ std::vector<Eigen::Vector3d> references_mm(const std::vector<StoredPoint>& point
   for (const StoredPoint& point : points)
     if (point.purpose == PointPurpose::Reference) references_mm.push_back(*point.p_WS_mm);
   return references_mm;
+}
+
+/// Near a singularity orientation comes first, and the correction leaves some of the position's error.
+std::optional<Finding> corrected_in_part(const CalibrationResult& result,
+                                         const std::vector<StoredPoint>& points,
+                                         const config::CellConfig& config) {
+  if (!result.calibration.validate) return std::nullopt;
+  const CalibratedCell& cell = result.calibration.cell;
+  const CalibratedCell asked = known_cell(config, cell);
+  std::string poses;
+  for (const auto& [point, error_mm] : result.remeasured_points) {
+    const auto smr = std::ranges::find(cell.reflectors, point.smr, &Reflector::name);
+    const auto index = static_cast<int>(smr - cell.reflectors.begin());
+    const double left_mm =
+        (cell.predict(point.q_commanded, index, point.direction) - asked.predict(point.q_target, index))
+            .norm();
+    const StoredPoint* const before = validation_of(point, points);
+    if (before == nullptr || left_mm <= result.calibration.validate->after.max) continue;
+    poses += (poses.empty() ? "" : ", ") + formatted("pose %d (%.2f mm)", before->pose, left_mm);
+  }
+  if (poses.empty()) return std::nullopt;
+  return finding(
+      FindingKind::CorrectedInPart,
+      "near a singularity orientation comes before position: by the model these stay off: " + poses);
 }
 
 }  // namespace
@@ -45,13 +72,16 @@ CalibrationVerdict verdict_on(const CalibrationResult& result, const std::vector
                               const config::CellConfig& config, const std::vector<Resumption>& resumptions) {
   const CorrectedPoints corrected = corrected_points(points, config, resumptions);
   const MeasurementData data = as_fitted(result.calibration, campaign_data(points, config, resumptions));
+  std::vector<Finding> findings = corrected.findings;
+  if (auto in_part = corrected_in_part(result, corrected.points, config))
+    findings.push_back(*std::move(in_part));
   return calibration_verdict({.calibration = result.calibration,
                               .data = data,
                               .stated = config::calibrate_options(config).noise,
                               .reference_mm = references_mm(corrected.points),
                               .remeasured = result.remeasured,
                               .task_stated = config.task.is_bounded(),
-                              .further_findings = corrected.findings});
+                              .further_findings = findings});
 }
 
 std::vector<int> drawn_to_validate(const std::vector<StoredPoint>& points, double share, std::uint64_t seed) {

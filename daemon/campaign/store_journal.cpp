@@ -97,11 +97,8 @@ std::vector<record::Remeasured> remeasured_points(const CampaignResult& result,
       corrected_points(result.points, config, result.resumptions).points;
   std::vector<record::Remeasured> points;
   for (const auto& [point, error_mm] : result.as<CalibrationResult>().remeasured_points) {
-    const auto before = std::ranges::find_if(corrected, [&](const StoredPoint& other) {
-      return other.purpose == PointPurpose::Validate && other.q_target == point.q_target;
-    });
-    if (before == corrected.end())
-      continue;  // of no use for validation: no corrected point to compare it with
+    const StoredPoint* const before = validation_of(point, corrected);
+    if (before == nullptr) continue;  // of no use for validation: no corrected point to compare it with
     points.push_back({before->pose, point.smr, -error_mm});
   }
   return points;

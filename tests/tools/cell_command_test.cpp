@@ -189,6 +189,23 @@ TEST_F(CellNew, WritesNothingWhereTheInputEndsOrAnAnswerMayNotBe) {
   EXPECT_EQ(entries_of(out_), 0);
 }
 
+TEST_F(CellNew, MakesItsFolderAndSaysWhyThatCannotBe) {
+  out_ = folder_.path() / "cells/line 4";
+  const Finished done = run_program("truepose", options("press"));
+  EXPECT_THAT(done.out, HasSubstr("ok       robot: ")) << done.err;
+  EXPECT_TRUE(fs::exists(out_ / "press.yaml"));
+  out_ = folder_.path() / "unused";
+  std::vector<std::string> wrong = options("press");
+  *std::ranges::find(wrong, "192.0.2.1:49200") = "127.0.0.1";
+  EXPECT_EQ(run_program("truepose", wrong).exit_code, 2);
+  EXPECT_FALSE(fs::exists(out_));
+  out_ = folder_.path() / "cells/line 4/press.yaml";
+  const Finished failed = run_program("truepose", options("press"));
+  EXPECT_EQ(failed.exit_code, 2);
+  EXPECT_THAT(failed.err,
+              HasSubstr("press.yaml: cannot be written to (Not a directory). Give another folder"));
+}
+
 TEST_F(CellNew, WritesTheFilesOfDevicesThatDoNotAnswerYet) {
   std::vector<std::string> words = options("press");
   simulator_.terminate();

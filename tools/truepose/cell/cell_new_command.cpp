@@ -6,10 +6,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <cctype>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <optional>
+#include <system_error>
 
 #include "config/cell_config.hpp"
 #include "config/import/machine_data.hpp"
@@ -184,11 +186,14 @@ std::optional<gid_t> shared_group(const fs::path& folder) {
 class StagedCell {
  public:
   explicit StagedCell(const CellNew& cell) : cell_{cell} {
+    std::error_code failed;
+    made_ = fs::create_directories(cell.folder, failed);
     std::string name = (cell.folder / ("." + cell.name + "-XXXXXX")).string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw CommandError{
-          kBadInput,
-          cell.folder.string() + ": cannot be written to. Give another folder (--out), or run as root."};
+    if (!failed && ::mkdtemp(name.data()) == nullptr) failed = {errno, std::generic_category()};
+    if (failed) {
+      throw CommandError{kBadInput, cell.folder.string() + ": cannot be written to (" + failed.message() +
+                                        "). Give another folder (--out)" +
+                                        (::geteuid() == 0 ? "." : ", or run as root.")};
     }
     stage_ = name;
     fs::create_directory(stage_ / cell.name);
@@ -196,6 +201,7 @@ class StagedCell {
   ~StagedCell() {
     std::error_code ignored;
     fs::remove_all(stage_, ignored);
+    if (made_) fs::remove(cell_.folder, ignored);  // where it is empty
   }
   StagedCell(const StagedCell&) = delete;
   StagedCell& operator=(const StagedCell&) = delete;
@@ -247,6 +253,7 @@ class StagedCell {
 
   const CellNew& cell_;
   fs::path stage_;
+  bool made_ = false;  // the folder that it stands in
 };
 
 int run_new(CellNew& cell) {
