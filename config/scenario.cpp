@@ -266,7 +266,6 @@ namespace truepose::config {
 
 void layout(Io& io, TrackerPart& x) {
   io.optional("noise", x.scenario.noise);
-  io.optional("reflector", x.scenario.reflector_name);
   io.optional("bias_mm", x.scenario.bias_mm, kPoint);
   io.optional("std_mm", x.scenario.std_mm, kReported);
   io.optional("air", x.scenario.air);

@@ -55,7 +55,6 @@ struct Scenario {
     double range_mm = 0.010, range_mm_per_m = 0;
     double transverse_mm = 0.010, transverse_mm_per_m = 0;
   } noise;
-  std::string reflector_name = "CCR-1.5in";
 
   Eigen::Vector3d bias_mm{0, 0, 0};  ///< of every measurement
   std::optional<double> std_mm;      ///< that the tracker reports, whatever its standard deviations are

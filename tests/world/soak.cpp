@@ -266,7 +266,8 @@ class Soak {
     if (topic == "measurement") points_.take(data, cell_.panel.is_late(event));
     if (topic == "cell") states_.take(data);
     if (topic == "campaign") stations_.take_progress(data), points_.take_progress(data);
-    if (topic == "model") models_.take(data), stations_.take_change(data), corrections_.forget();
+    if (topic == "model")
+      states_.take_model(data), models_.take(data), stations_.take_change(data), corrections_.forget();
   }
 
   SoakReport finish() {

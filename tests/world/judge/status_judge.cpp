@@ -15,8 +15,14 @@ void StatusJudge::take(const json::object& change) {
   if (state_ == "fault") armed_before_ = false;
 }
 
+void StatusJudge::take_model(const json::object& change) {
+  const std::string what = text_at(change, "change");
+  if (what == "deactivated") without_model_ = true;
+  if (what == "activated") without_model_ = false;
+}
+
 void StatusJudge::restarted(bool order_lost) {
-  armed_before_ = (armed_before_ || state_ == "armed") && !order_lost;
+  armed_before_ = (armed_before_ || state_ == "armed") && !order_lost && !without_model_;
   state_.clear();
 }
 

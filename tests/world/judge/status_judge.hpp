@@ -7,13 +7,16 @@
 
 namespace truepose::world {
 
-/// Judges what the daemon says of its state: a stream that was armed before a restart is armed after it.
+/// Judges what the daemon says of its state: a stream that was armed before a restart, with a model, is armed
+/// after it.
 class StatusJudge {
  public:
   explicit StatusJudge(SoakLog& log) : log_{log} {}
 
   /// An event of the topic cell.
   void take(const boost::json::object& change);
+  /// An event of the topic model.
+  void take_model(const boost::json::object& change);
   /// Of the cell, by its last event since the daemon started; empty: there was none.
   const std::string& state() const { return state_; }
   /// The daemon starts again.
@@ -30,7 +33,7 @@ class StatusJudge {
   SoakLog& log_;
   std::string state_;          // of the cell, by its last event
   bool armed_before_ = false;  // as a restarted daemon has to be
-  bool restored_ = false;
+  bool restored_ = false, without_model_ = false;
 };
 
 }  // namespace truepose::world
