@@ -70,6 +70,7 @@ Reply<rpc::StreamStart> StreamService::start(rpc::StreamStart, std::string by) {
   if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
   if (auto not_ready = co_await robot_not_ready()) co_return std::unexpected(*not_ready);
   co_await keep_corrected();
+  forget_fault_of_past_session();
   if (auto refused = runner_.apply(StreamStartRequested{}, "asked for by an operator", by))
     co_return std::unexpected(*refused);
   before_request_ = parts_.stream.status();
@@ -153,6 +154,7 @@ Reply<rpc::StreamArm> StreamService::arm(rpc::StreamArm, std::string by) {
   if (const auto model = models_.needed_to_correct(); !model) co_return std::unexpected(model.error());
   co_await keep_corrected();
   const bool known = devices_.arm_serial().has_value();
+  forget_fault_of_past_session();
   if (auto refused = runner_.apply(ArmRequested{}, "armed by an operator", by))
     co_return std::unexpected(*refused);
   verified_ = known;
@@ -223,6 +225,12 @@ asio::awaitable<void> StreamService::watch() {
     const TimePoint next = parts_.clock.now() + kPollInterval;
     co_await parts_.clock.sleep_until(next);
   }
+}
+
+/// Of a program that was not corrected no operator hears, nor can he acknowledge it.
+void StreamService::forget_fault_of_past_session() {
+  const StreamStatus status = parts_.stream.status();
+  if (status.state == StreamState::Fault && known_stale(status) && !runner_.corrects()) acknowledge();
 }
 
 /// At once, so that what the fault rules out can be asked for; the realtime thread sees it in its next cycle.
@@ -402,7 +410,7 @@ void StreamService::look_for_silence(const StreamStatus& status) {
 
 void StreamService::follow(const StreamStatus& status) {
   if (status.state == StreamState::Fault) {
-    if (runner_.corrects()) runner_.apply(StreamFaulted{why_faulted(status)}, "");
+    if (runner_.corrects() && status.acknowledged == acknowledged_) runner_.apply(StreamFaulted{why_faulted(status)}, "");
   } else if (runner_.in<StreamStopping>()) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "the correction is ramped out");
   } else if (runner_.in<Disarming>()) {

@@ -44,6 +44,7 @@ class StreamService {
   boost::asio::awaitable<void> keep_corrected();
   boost::asio::awaitable<StoreResult<void>> keep_armed(std::string since);
   boost::asio::awaitable<void> keep_disarmed();
+  void forget_fault_of_past_session();
   void acknowledge();
   void take_events();
   void look();

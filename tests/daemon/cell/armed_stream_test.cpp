@@ -444,6 +444,22 @@ TEST_F(AnArmedStream, NeedsAModel) {
   EXPECT_EQ(store->armed_since().value(), "");
 }
 
+TEST_F(AnArmedStream, StaysArmedWhateverASessionCameToThatIsOver) {
+  play([this]() -> Wait {
+    rig.rist = rsi::CartesianPose{.x_mm = 1};  // of another arm, to which nobody is corrected
+    co_await pass(2s);
+    EXPECT_EQ(rig.cycle->status().state, StreamState::Fault);
+    sends = false;
+    co_await pass(5s);
+    rig.rist.reset();
+    co_await armed();
+    co_await pass(2s);
+    co_await expect_state("armed", "waiting");
+    co_await another_program();
+    co_await expect_state("armed", "correcting");
+  });
+}
+
 TEST_F(AnArmedStream, IsArmedAgainByAPersonAfterAFault) {
   play([this]() -> Wait {
     co_await armed();
