@@ -21,7 +21,7 @@ std::vector<Eigen::Vector3d> references_mm(const std::vector<StoredPoint>& point
   return references_mm;
 }
 
-/// Near a singularity orientation comes first, and the correction leaves some of the position's error.
+/// Near a singularity a correction is shortened where it would make the orientation worse than without it.
 std::optional<Finding> corrected_in_part(const CalibrationResult& result,
                                          const std::vector<StoredPoint>& points,
                                          const config::CellConfig& config) {
@@ -31,6 +31,7 @@ std::optional<Finding> corrected_in_part(const CalibrationResult& result,
   std::string poses;
   for (const auto& [point, error_mm] : result.remeasured_points) {
     const auto smr = std::ranges::find(cell.reflectors, point.smr, &Reflector::name);
+    if (smr == cell.reflectors.end()) continue;
     const auto index = static_cast<int>(smr - cell.reflectors.begin());
     const double left_mm =
         (cell.predict(point.q_commanded, index, point.direction) - asked.predict(point.q_target, index))
@@ -42,7 +43,8 @@ std::optional<Finding> corrected_in_part(const CalibrationResult& result,
   if (poses.empty()) return std::nullopt;
   return finding(
       FindingKind::CorrectedInPart,
-      "near a singularity orientation comes before position: by the model these stay off: " + poses);
+      "a whole correction near a singularity would make the orientation worse: by the model these stay off: " +
+          poses);
 }
 
 }  // namespace

@@ -410,7 +410,8 @@ void StreamService::look_for_silence(const StreamStatus& status) {
 
 void StreamService::follow(const StreamStatus& status) {
   if (status.state == StreamState::Fault) {
-    if (runner_.corrects() && status.acknowledged == acknowledged_) runner_.apply(StreamFaulted{why_faulted(status)}, "");
+    if (runner_.corrects() && status.acknowledged == acknowledged_)
+      runner_.apply(StreamFaulted{why_faulted(status)}, "");
   } else if (runner_.in<StreamStopping>()) {
     if (status.state == StreamState::Idle) runner_.apply(StreamEnded{}, "the correction is ramped out");
   } else if (runner_.in<Disarming>()) {
