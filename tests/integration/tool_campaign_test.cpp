@@ -144,9 +144,9 @@ class AFixtureOverTheRealProtocols : public AToolCampaignOverTheRealProtocols {
       : AToolCampaignOverTheRealProtocols(LiveCell::Options{
             .speedup = 1000,
             .scenario = {
-                {"  reflector: CCR-1.5in ",
+                {"  noise: {range_mm: 0.010, ",
                  "  nests_mm: [{x: 1900, y: 300, z: -700}, {x: 2200, y: 300, z: -700}, {x: 1900, y: 700, "
-                 "z: -690}]\n  reflector: CCR-1.5in "}}}) {}
+                 "z: -690}]\n  noise: {range_mm: 0.010, "}}}) {}
 };
 
 TEST_F(AFixtureOverTheRealProtocols, IsReadPointByPointAndSaidAsTheCommandSaysIt) {
