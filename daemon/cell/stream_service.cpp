@@ -227,7 +227,7 @@ asio::awaitable<void> StreamService::watch() {
   }
 }
 
-/// Of a program that was not corrected no operator hears, nor can he acknowledge it.
+/// An operator does not see the fault of a program that was not corrected, and cannot acknowledge it.
 void StreamService::forget_fault_of_past_session() {
   const StreamStatus status = parts_.stream.status();
   if (status.state == StreamState::Fault && known_stale(status) && !runner_.corrects()) acknowledge();

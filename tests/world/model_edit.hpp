@@ -7,7 +7,7 @@
 
 namespace truepose::world {
 
-/// While the daemon does not run, somebody edits the active model in the store: changes a digit of it, or
+/// A person edits the active model in the store while the daemon does not run: changes a digit of it, or
 /// lengthens a link and gives the text the hashes that it must have then.
 boost::asio::awaitable<void> edit_model(Cell& cell, Random& random);
 

@@ -446,7 +446,7 @@ TEST_F(AnArmedStream, NeedsAModel) {
 
 TEST_F(AnArmedStream, StaysArmedWhateverASessionCameToThatIsOver) {
   play([this]() -> Wait {
-    rig.rist = rsi::CartesianPose{.x_mm = 1};  // of another arm, to which nobody is corrected
+    rig.rist = rsi::CartesianPose{.x_mm = 1};  // of another arm; the stream is not armed
     co_await pass(2s);
     EXPECT_EQ(rig.cycle->status().state, StreamState::Fault);
     sends = false;
